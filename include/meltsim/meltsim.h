@@ -1016,6 +1016,23 @@ MELTSIM_C_API meltsim_status meltsim_world_snapshot(meltsim_world* world, void* 
                                                     size_t* bytes);
 /* Goes back to a snapshot of a World with the same materials and bodies. */
 MELTSIM_C_API meltsim_status meltsim_world_restore(meltsim_world* world, const void* data, size_t bytes);
+/* A saved game: the state and the bodies that it is of, for meltsim_world_load(); as meltsim_world_snapshot(). */
+MELTSIM_C_API meltsim_status meltsim_world_save(meltsim_world* world, void* buffer, size_t capacity,
+                                                size_t* bytes);
+/* Makes state and bodies of this World those of a saved World with the same materials and emitters, whatever bodies there are here.
+ * Ids of bodies from before are refused from then on; meltsim_world_bodies() has the new ones. */
+MELTSIM_C_API meltsim_status meltsim_world_load(meltsim_world* world, const void* data, size_t bytes);
+/* A body of a World, as it was described. */
+typedef struct meltsim_body_info {
+  meltsim_id body;     /* its id */
+  meltsim_id material; /* what it was built of */
+  int32_t motion;      /* MELTSIM_MOTION_... */
+  int32_t held;        /* 1: by meltsim_world_hold() or held_until, now */
+  const char* name;    /* holds until the next call of meltsim_world_bodies() or meltsim_world_destroy() */
+} meltsim_body_info;
+/* The bodies that are there, without removed ones; as meltsim_reading_events(). */
+MELTSIM_C_API meltsim_status meltsim_world_bodies(meltsim_world* world, meltsim_body_info* bodies,
+                                                  size_t struct_size, size_t capacity, size_t* count);
 /* Saves the state in the backend's memory under a number from 0 to 15, and goes back to it, without waiting; lost when something is added, removed
  * or restored, or stages begin or end. */
 MELTSIM_C_API meltsim_status meltsim_world_save_state(meltsim_world* world, int32_t slot);

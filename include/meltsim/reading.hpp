@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "meltsim/desc.hpp"
 #include "meltsim/handle.hpp"
 #include "meltsim/material.hpp"
 #include "meltsim/particle_tag.hpp"
@@ -141,6 +142,15 @@ struct PieceInfo {
   /// liquid's surface in the nearest columns, two spacings wide, in which no solid is near the surface. Columns without
   /// liquid count as dry; where most columns are dry, so is the particle. Up is against gravity, +y without gravity.
   double submerged_fraction = 0;
+};
+
+/// A body of a World, as it was described.
+struct BodyInfo {
+  BodyId body;                   ///< its handle
+  std::string name;              ///< SolidDesc::name, or the one that it was given
+  MaterialId material;           ///< what it was built of
+  Motion motion = Motion::free;  ///< what moves it
+  bool held = false;             ///< by World::hold() or SolidDesc::held_until, now
 };
 
 /// An impulse and its moment.

@@ -154,6 +154,7 @@ inline constexpr std::uint32_t layout_of_headers = fold_sizes({sizeof(WorldDesc)
                                                                sizeof(Plan),
                                                                sizeof(StageContext),
                                                                sizeof(CustomStage),
+                                                               sizeof(BodyInfo),
                                                                sizeof(LatticeData),
                                                                sizeof(Resolved),
                                                                sizeof(TimedStep),
@@ -390,10 +391,24 @@ class MELTSIM_API World {
 
   /// Returns the State channels, versioned and checksummed, for restore().
   Result<std::vector<std::uint8_t>> snapshot();
-  /// Replaces the state by a snapshot of a World with the same materials and layout of bodies, on any backend. On
+  /// Replaces the state by a snapshot of a World with the same materials and layout of bodies (load() brings bodies along), on any backend. On
   /// error the World is unchanged. Settings are the World's, a WorldDesc::sound_speed too; a derived one is at least that of the
   /// snapshot. Synchronises. Errors: corrupt_data, invalid_argument, version_mismatch, out_of_memory.
   Status restore(const void* data, std::size_t bytes);
+
+  /// Returns a snapshot and the bodies that it is of, versioned and checksummed, for load(): a saved game. Synchronises. Errors: those of
+  /// snapshot().
+  Result<std::vector<std::uint8_t>> save();
+  /// Makes the state and the bodies of this World those of a saved World, however bodies came and went in either: on any
+  /// backend, with the same spacing, materials, species and emitters, added in the same order. Handles of bodies from before are
+  /// refused from then on; bodies() has the new ones. The rest is as of restore(): domain, probes, force fields, heat regions and
+  /// settings are the World's. A body that has a mesh takes it along for update_mesh(). On an error the World is unchanged. Synchronises.
+  /// Errors: corrupt_data, invalid_argument (a probe is on a body, a reading is open, a World made in another way), capacity (events, as
+  /// add_solid()), version_mismatch, out_of_memory.
+  Status load(const void* data, std::size_t bytes);
+  /// The bodies that are there, those that have melted included and those that were removed not, in the order of BodyId::index. Does not
+  /// wait. Errors: out_of_memory.
+  Result<std::vector<BodyInfo>> bodies() const;
 
   // Rolling back: states in the backend's memory, for hosts that repeat steps. They hold what a snapshot holds.
   /// Saves the state behind the steps enqueued under a number from 0 to most_saved_states - 1, in place of what was saved there.

@@ -837,6 +837,16 @@ nb::dict events_by_name(const HostWorld& w, const Events& all) {
   return result;
 }
 
+/// What a call has of its bytes: them, or a copy of what may change while it is read.
+nb::object bytes_of(const std::string& name, const char* call, nb::object given) {
+  if (!PyObject_CheckBuffer(given.ptr()))
+    wrong_type(name + ": expected bytes of " + call + ", got " + shown(given));
+  if (PyBytes_Check(given.ptr())) return given;
+  nb::object copy = nb::steal(PyBytes_FromObject(given.ptr()));
+  if (!copy) throw nb::python_error();
+  return copy;
+}
+
 nb::dict samples_by_name(const HostWorld& w, std::vector<ProbeSeries> all) {
   nb::dict result;
   const std::size_t of_scene = w.scene_probes.size();
@@ -1896,12 +1906,7 @@ void bind_world(nb::module_& m) {
       .def(
           "restore",
           [](HostWorld& w, nb::object snapshot) {
-            if (!PyObject_CheckBuffer(snapshot.ptr()))
-              wrong_type("snapshot: expected bytes of snapshot(), got " + shown(snapshot));
-            if (!PyBytes_Check(snapshot.ptr())) {  // what may change while it is read is copied
-              snapshot = nb::steal(PyBytes_FromObject(snapshot.ptr()));
-              if (!snapshot) throw nb::python_error();
-            }
+            snapshot = bytes_of("snapshot", "snapshot()", std::move(snapshot));
             const auto* data = PyBytes_AS_STRING(snapshot.ptr());
             const auto size = static_cast<std::size_t>(PyBytes_GET_SIZE(snapshot.ptr()));
             away(w, true, [&](World& world) { expect(world.restore(data, size)); });
@@ -1909,6 +1914,32 @@ void bind_world(nb::module_& m) {
           "snapshot"_a, nb::sig("def restore(self, snapshot: bytes | bytearray | memoryview) -> None"),
           "Goes back to a snapshot of a World with the same materials and bodies. On an error the World is "
           "unchanged.")
+      .def(
+          "save",
+          [](HostWorld& w) {
+            const auto bytes = away(w, false, [](World& world) { return expect(world.save()); });
+            return nb::bytes(bytes.data(), bytes.size());
+          },
+          "The state and the bodies that it is of, for load(): a saved game.")
+      .def(
+          "load",
+          [](HostWorld& w, nb::object saved) {
+            saved = bytes_of("saved", "save()", std::move(saved));
+            const auto* data = PyBytes_AS_STRING(saved.ptr());
+            const auto size = static_cast<std::size_t>(PyBytes_GET_SIZE(saved.ptr()));
+            const auto all = away(w, true, [&](World& world) {
+              expect(world.load(data, size));
+              return expect(world.bodies());
+            });
+            w.bodies.clear();
+            w.removed.clear();
+            for (const BodyInfo& b : all) w.bodies.push_back({w.serial(), b.body, b.name});
+          },
+          "saved"_a, nb::sig("def load(self, saved: bytes | bytearray | memoryview) -> None"),
+          "Makes state and bodies those of a saved World with the same materials and emitters, whatever "
+          "bodies "
+          "there are here; "
+          "bodies has the new ones. On an error the World is unchanged.")
       .def(
           "take_samples",
           [](HostWorld& w) {

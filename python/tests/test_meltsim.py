@@ -88,6 +88,39 @@ def test_a_snapshot_goes_on_with_the_same_bits():
             world.restore(mistake)
 
 
+def test_a_saved_game_brings_its_bodies():
+    def empty():
+        world = meltsim.World(spacing=0.1, domain=((0, 0, 0), (1, 1, 1)), threads=1)
+        world.add_material("water")
+        return world
+
+    world = empty()
+    world.add_fluid("water", meltsim.box((0, 0, 0), (1, 0.4, 1)))
+    gone = world.add_solid("water", meltsim.box((0.1, 0.5, 0.1), (0.4, 0.8, 0.4)), motion="rigid")
+    world.add_solid("water", meltsim.box((0.6, 0.5, 0.6), (0.9, 0.8, 0.9)), name="hero", motion="rigid")
+    world.step(0.01)
+    world.remove(gone)
+    world.compact()
+    saved = world.save()
+    other = empty()
+    stranger = other.add_solid("water", meltsim.box((0.1, 0.5, 0.1), (0.4, 0.8, 0.4)), name="stranger")
+    other.load(bytearray(saved))
+    assert list(other.bodies) == ["hero"]
+    assert other.state_hash() == world.state_hash()
+    for w in (world, other):
+        w.set_velocity("hero", (1, 0, 0))
+        w.step(0.01)
+    assert other.state_hash() == world.state_hash()
+    with pytest.raises(meltsim.Error):
+        other.remove(stranger)
+    with pytest.raises(meltsim.Error, match="restore"):
+        other.load(world.snapshot())
+    with pytest.raises(TypeError, match="saved: expected bytes of save"):
+        other.load(3)
+    other.remove("hero")
+    assert [p.name for p in other.pieces()] == []
+
+
 def test_a_saved_state_is_gone_back_to():
     world = bath()
     world.save_state(1)

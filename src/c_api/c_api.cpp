@@ -25,6 +25,7 @@ struct meltsim_world {
   std::uint32_t event_capacity = 0;  // of the ring
   std::vector<std::unique_ptr<StageOfHost>> stages{};
   std::vector<std::uint32_t> ids_before{};  // by the last compact()
+  std::vector<meltsim::BodyInfo> bodies{};  // by the last meltsim_world_bodies()
 };
 struct meltsim_shape {
   meltsim::Shape shape;
@@ -222,6 +223,16 @@ void check_room(const C* to, const char* name, const char* type, size_t struct_s
     throw Refused{{ErrorCode::capacity, "capacity: " + std::to_string(capacity) + ", but there may be " +
                                             std::to_string(count) + " " + name + "; raise it"}};
   if (count > 0) given(to, name);
+}
+
+/// Copies a state; `bytes` is set to its size, also where there is no room for it.
+void put_bytes(const std::vector<std::uint8_t>& state, void* buffer, size_t capacity, size_t& bytes) {
+  bytes = state.size();
+  if (state.size() > capacity)
+    throw Refused{{ErrorCode::capacity, "capacity: " + std::to_string(capacity) +
+                                            " bytes, but the state has " + std::to_string(state.size()) +
+                                            "; pass a buffer of that size"}};
+  std::memcpy(&given(static_cast<std::uint8_t*>(buffer), "buffer"), state.data(), state.size());
 }
 
 void check_room(const meltsim_body_forces* forces, size_t struct_size, size_t capacity, size_t count) {
@@ -1520,13 +1531,35 @@ meltsim_status meltsim_world_check_device_state(meltsim_world* world, const melt
 meltsim_status meltsim_world_snapshot(meltsim_world* world, void* buffer, size_t capacity, size_t* bytes) {
   return guarded([&] {
     given(bytes, "bytes");
-    const std::vector<std::uint8_t> state = expect(world_of(world).snapshot());
-    *bytes = state.size();
-    if (state.size() > capacity)
-      throw Refused{{ErrorCode::capacity, "capacity: " + std::to_string(capacity) +
-                                              " bytes, but the state has " + std::to_string(state.size()) +
-                                              "; pass a buffer of that size"}};
-    std::memcpy(&given(static_cast<std::uint8_t*>(buffer), "buffer"), state.data(), state.size());
+    put_bytes(expect(world_of(world).snapshot()), buffer, capacity, *bytes);
+  });
+}
+meltsim_status meltsim_world_save(meltsim_world* world, void* buffer, size_t capacity, size_t* bytes) {
+  return guarded([&] {
+    given(bytes, "bytes");
+    put_bytes(expect(world_of(world).save()), buffer, capacity, *bytes);
+  });
+}
+meltsim_status meltsim_world_load(meltsim_world* world, const void* data, size_t bytes) {
+  return guarded([&] {
+    given(static_cast<const std::uint8_t*>(data), "data");
+    expect(world_of(world).load(data, bytes));
+  });
+}
+meltsim_status meltsim_world_bodies(meltsim_world* world, meltsim_body_info* bodies, size_t struct_size,
+                                    size_t capacity, size_t* count) {
+  return guarded([&] {
+    std::vector<meltsim::BodyInfo> all = expect(world_of(world).bodies());
+    given(count, "count") = all.size();
+    check_room(bodies, "bodies", "meltsim_body_info", struct_size, capacity, all.size());
+    world->bodies = std::move(all);
+    auto* to = reinterpret_cast<unsigned char*>(bodies);
+    for (const meltsim::BodyInfo& b : world->bodies) {
+      const meltsim_body_info c{id_of(b.body), id_of(b.material), static_cast<std::int32_t>(b.motion),
+                                b.held ? 1 : 0, b.name.c_str()};
+      std::memcpy(to, &c, struct_size);
+      to += struct_size;
+    }
   });
 }
 meltsim_status meltsim_world_restore(meltsim_world* world, const void* data, size_t bytes) {

@@ -95,10 +95,11 @@ class EngineBuffers {
 
   std::uint64_t bytes(int field) const { return bytes_[field] + bytes_before_[field]; }
 
-  /// Points a frame at the buffers.
-  void link(Frame<T>& w) const {
+  /// Points a frame at the buffers; at those of these channels alone.
+  void link(Frame<T>& w, FieldSet channels = ~FieldSet{0}) const {
+    const auto buffer = [&](int i) { return ((channels >> i) & 1u) != 0 ? now_[i] : nullptr; };
 #define MELTSIM_FIELD(name, type, owner, lifetime, unit, doc) \
-  w.f.name = static_cast<type*>(now_[field_##name]);
+  w.f.name = static_cast<type*>(buffer(field_##name));
 #include "meltsim/fields.def"
 #undef MELTSIM_FIELD
 #define MELTSIM_MOVED(name, type) w.before.name = static_cast<type*>(before_[field_##name]);

@@ -138,7 +138,9 @@ class EngineImpl final : public Engine {
     sized_ = false;
     edits_.moved();
     w_.slots_of_all = asks_by_id(setup.facts);
-    put_tables(ex_, w_, c);
+    Frame<T> kept = w_;  // what is given back below has the size that it had
+    buffers_.link(kept, setup.channels);
+    put_tables(ex_, kept, c);
     put_lattice(ex_, w_, l, state, room_, grown, HostLoops(setup.threads));
     const auto has = [grown](int field) { return ((grown >> field) & 1u) != 0; };
     unguarded([&] {

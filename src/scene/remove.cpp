@@ -93,15 +93,20 @@ void WorldImpl::leave_out_lattices() {
   leave_out_meshes();
 }
 
-/// The same for what there is per body: its first vertex, its sites, how its mesh moves.
-void WorldImpl::leave_out_rows() {
-  std::vector<std::uint32_t> order(bodies_.size());  // in which they came
-  std::iota(order.begin(), order.end(), 0u);
-  std::stable_sort(order.begin(), order.end(), [this](std::uint32_t a, std::uint32_t b) {
+/// Bodies in the order in which their lattices came.
+std::vector<std::uint32_t> WorldImpl::rows_by_vertex() const {
+  std::vector<std::uint32_t> rows(bodies_.size());
+  std::iota(rows.begin(), rows.end(), 0u);
+  std::stable_sort(rows.begin(), rows.end(), [this](std::uint32_t a, std::uint32_t b) {
     return bodies_[a].first_vertex < bodies_[b].first_vertex;
   });
+  return rows;
+}
+
+/// The same for what there is per body: its first vertex, its sites, how its mesh moves.
+void WorldImpl::leave_out_rows() {
   std::size_t vertex = 0, site = 0, from = 0;
-  for (const std::uint32_t b : order) {
+  for (const std::uint32_t b : rows_by_vertex()) {
     BodyRecord& body = bodies_[b];
     const std::size_t sites = body.sites;
     if (body.gone) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "description/growth_sites.hpp"
 #include "description/names.hpp"
@@ -28,6 +29,8 @@ namespace {
 
 /// Sites of the box that a body may grow in: at some 400 bytes each, 50 GB.
 constexpr double most_growth_sites = 134217728.0;
+
+constexpr double most_speed = 1e15;  ///< as of every velocity [m/s]
 
 /// Row `index` of a table, or one more.
 template <class Table, class Row>
@@ -108,6 +111,11 @@ class FaceSums {
   Vec3d dn_;
 };
 
+Error damaged(const std::string& what, const char* why) {
+  return Error{ErrorCode::corrupt_data,
+               core::text(what, why, "; the World is unchanged, use another saved World")};
+}
+
 /// `fixed` and `motion` say the same from here on.
 Status settle_motion(SolidDesc& s, const std::string& what) {
   if (Status st = core::known(what + "motion", s.motion, Motion::proxy, "Motion", "free is the default"); !st)
@@ -129,8 +137,10 @@ Status settle_motion(SolidDesc& s, const std::string& what) {
 /// A body that is being added. Everything is computed and checked before the World is changed.
 class WorldImpl::NewBody {
  public:
-  NewBody(WorldImpl& world, const SolidDesc& given)
+  NewBody(WorldImpl& world, const SolidDesc& given) : NewBody(world, given, world.free_row()) {}
+  NewBody(WorldImpl& world, const SolidDesc& given, std::uint32_t row)
       : w_(world),
+        index_(row),
         s_(given),
         name_(s_.name.empty() ? core::numbered_name(
                                     "body", w_.bodies_.size(),
@@ -146,11 +156,17 @@ class WorldImpl::NewBody {
   BodyId join();   ///< it becomes part of the World
   /// The same while the World runs, without an upload. Empty where it takes one.
   std::optional<Result<BodyId>> join_in_place();
+  /// It comes back as it was saved, into rows that are there for it; its particles come with the state.
+  Status come_back(const StoredBody& stored);
 
  private:
   Status check_motion() const;
   Status check_material() const;
   Status check_velocity() const;
+  Status take_sites(const StoredBody& stored);
+  bool is_box_of_its_sites(const StoredBody& stored) const;
+  Status come_back_to_lattice(const StoredBody& stored);
+  void center();
   Status place_growth();
   Status number_sites();
   void find_surface();
@@ -177,6 +193,7 @@ class WorldImpl::NewBody {
   void make_row();
   void add_vertices(core::SceneState& particles, std::size_t first_id);
   void add_vertex(core::SceneState& particles, std::size_t i, std::size_t id, std::size_t k);
+  std::uint32_t put_on_lattice(std::size_t id, std::size_t k);
   std::uint32_t tag_at(std::uint32_t site) const;
   void label_pieces();
   void label_piece(std::uint32_t first);
@@ -193,6 +210,10 @@ class WorldImpl::NewBody {
     return !material().freezes && material().solubility_points.empty() && s_.growth == 0;
   }
   const MaterialDesc& material() const { return w_.materials[s_.material.index]; }
+  double density_of(std::uint64_t particles) const {
+    const double dx = w_.desc.spacing;
+    return proxy() ? s_.mass / (double(particles) * dx * dx * dx) : material().density;
+  }
   std::uint64_t site_of(Vec3i p) const {
     return base_ + std::uint64_t(p.x - box_.low[0] + pad_) + std::uint64_t(p.y - box_.low[1] + pad_) * nx_ +
            std::uint64_t(p.z - box_.low[2] + pad_) * nx_ * ny_;
@@ -202,7 +223,7 @@ class WorldImpl::NewBody {
   }
 
   WorldImpl& w_;
-  std::uint32_t index_ = w_.free_row();  ///< of the body that it becomes
+  std::uint32_t index_;  ///< row of the body that it becomes
   SolidDesc s_;
   std::string name_, what_;  ///< what: the head of its errors
   bool held_ = false;
@@ -252,7 +273,6 @@ Status WorldImpl::NewBody::check_motion() const {
                    ": only of kinematic bodies and proxies; set motion to kinematic or proxy");
   if (!(std::isfinite(s_.max_speed) && s_.max_speed >= 0))
     return invalid(what_, "max_speed: must be finite and >= 0 m/s, got ", s_.max_speed);
-  constexpr double most_speed = 1e15;  // as of every velocity
   if (s_.max_speed > most_speed)
     return invalid(what_, "max_speed: must be at most ", most_speed, " m/s, got ", s_.max_speed,
                    "; check the computation that made it");
@@ -516,6 +536,9 @@ Vec3d WorldImpl::NewBody::center_in_lattice() const {
   return (sum * (1.0 / double(points_.size())) + Vec3d{0.5, 0.5, 0.5}) * w_.desc.spacing;
 }
 
+/// Its pivot, or the mean of its points.
+void WorldImpl::NewBody::center() { center_ = s_.pivot ? *s_.pivot - origin_ : mean_position(); }
+
 double WorldImpl::NewBody::fastest_particle() const {
   double fastest = length(s_.velocity);
   for (const Vec3d& p : positions_)
@@ -525,14 +548,13 @@ double WorldImpl::NewBody::fastest_particle() const {
 
 Status WorldImpl::NewBody::weigh() {
   const MaterialDesc& m = material();
-  const double dx = w_.desc.spacing;
-  center_ = s_.pivot ? *s_.pivot - origin_ : mean_position();
+  center();
   enthalpy_ = physics::enthalpy_of(w_.material_rows()[s_.material.index], s_.temperature);
   if (proxy())
     if (Status st = w_.make_proxy(what_, points_, positions_, w_.lattice_origin() + center_in_lattice(), s_);
         !st)
       return st;
-  density_ = proxy() ? s_.mass / (double(positions_.size()) * dx * dx * dx) : m.density;
+  density_ = density_of(points_.size());
   const double fastest = fastest_particle();
   if (Status st = w_.check_numbers(what_, m, density_, enthalpy_, {fastest, 0, 0}); !st) return st;
   if (kinematic() || proxy() || held_) s_.max_speed = std::max(s_.max_speed, fastest);
@@ -566,7 +588,7 @@ void WorldImpl::NewBody::reserve() {
 void WorldImpl::NewBody::make_record() {
   record_.desc = s_;
   record_.desc.name = name_;
-  record_.generation = index_ < w_.bodies_.size() ? next_number() : w_.number_;
+  record_.generation = index_ < w_.bodies_.size() ? next_number() : w_.body_number_;
   record_.since = w_.steps;
   if (index_ < w_.bodies_.size()) {
     const BodyRecord& had = w_.bodies_[index_];
@@ -574,6 +596,7 @@ void WorldImpl::NewBody::make_record() {
   }
   record_.density = density_;
   record_.watched = proxy();
+  record_.box = box_;
   record_.held = held_;
   record_.desc.fixed = s_.fixed || held_;
   record_.first_vertex = static_cast<std::uint32_t>(w_.lattice_.vertex_site.size());
@@ -582,7 +605,7 @@ void WorldImpl::NewBody::make_record() {
   record_.sites = nx_ * ny_ * nz_;
   record_.pivot = center_ + origin_;
   for (const Vec3d& p : positions_) record_.reach = std::max(record_.reach, length(p - origin_ - center_));
-  if (kinematic() || proxy()) bound_rest();
+  if ((kinematic() || proxy()) && !positions_.empty()) bound_rest();
 }
 
 /// The box of the particles about the pivot.
@@ -783,17 +806,22 @@ void WorldImpl::NewBody::add_vertices(core::SceneState& particles, std::size_t f
 /// Point k: particle `id`, item i of `particles`.
 void WorldImpl::NewBody::add_vertex(core::SceneState& particles, std::size_t i, std::size_t id,
                                     std::size_t k) {
-  const auto site = static_cast<std::uint32_t>(site_of(points_[k]));
-  const auto vertex = record_.first_vertex + static_cast<std::uint32_t>(k);
+  const std::uint32_t vertex = put_on_lattice(id, k), site = w_.lattice_.vertex_site[vertex];
   const Vec3d x = positions_[k] - origin_;
-  w_.put_vertex(vertex, static_cast<std::uint32_t>(id), core::vertex_live, none);
-  w_.lattice_.vertex_site[vertex] = site;
-  w_.lattice_.vertex_body[vertex] = index_;
-  w_.lattice_.contact_shape[vertex] = surface_[k];
-  w_.lattice_.vertex_coordinates[vertex] = points_[k];
   w_.put(particles, i, x, held_ ? Vec3d{} : s_.velocity + cross(s_.angular_velocity, x - center_), density_,
          enthalpy_, tag_at(site), vertex, contents_,
          s_.motion == Motion::fixed ? w_.cut_at_walls(positions_[k], cell_) : cell_);
+}
+
+/// The vertex of point k, whose particle is `id`.
+std::uint32_t WorldImpl::NewBody::put_on_lattice(std::size_t id, std::size_t k) {
+  const auto vertex = record_.first_vertex + static_cast<std::uint32_t>(k);
+  w_.put_vertex(vertex, static_cast<std::uint32_t>(id), core::vertex_live, none);
+  w_.lattice_.vertex_site[vertex] = static_cast<std::uint32_t>(site_of(points_[k]));
+  w_.lattice_.vertex_body[vertex] = index_;
+  w_.lattice_.contact_shape[vertex] = surface_[k];
+  w_.lattice_.vertex_coordinates[vertex] = points_[k];
+  return vertex;
 }
 
 std::uint32_t WorldImpl::NewBody::tag_at(std::uint32_t site) const {
@@ -853,7 +881,7 @@ core::BodyMotionRow WorldImpl::NewBody::rest_row() const {
   rest.spacing = w_.desc.spacing;
   rest.mass = s_.mass;
   rest.inertia = s_.inertia;
-  if (!kinematic() && !proxy()) return rest;
+  if ((!kinematic() && !proxy()) || points_.empty()) return rest;
   const double dx = w_.desc.spacing;
   rest.low = Vec3d{(box_.low[0] - pad_ + 0.5) * dx, (box_.low[1] - pad_ + 0.5) * dx,
                    (box_.low[2] - pad_ + 0.5) * dx} -
@@ -868,6 +896,97 @@ physics::RigidMotion WorldImpl::NewBody::first_motion() const {
   motion.first = motion.then = {center_, {}, s_.velocity, s_.angular_velocity};
   if (proxy()) motion.then = {};  // no gap to close, no acceleration by the host
   return motion;
+}
+
+Status WorldImpl::NewBody::come_back(const StoredBody& stored) {
+  const double max_speed = std::exchange(s_.max_speed, 0);  // one that is held has it, too
+  if (s_.growth < 0 || stored.longest < 1 || stored.longest > (1 << 30) || !w_.valid(s_.material) ||
+      !(max_speed >= 0 && max_speed <= most_speed))
+    return damaged(what_, "a number is not usable");
+  if (Status st = stored.forgotten ? settle_motion(s_, what_) : check(); !st) return st;
+  s_.max_speed = max_speed;
+  if (Status st = take_sites(stored); !st) return st;
+  if (Status st = number_sites(); !st) return st;
+  density_ = density_of(stored.vertices);
+  make_record();
+  record_.longest = static_cast<int>(stored.longest);
+  record_.vertices = static_cast<std::uint32_t>(stored.vertices);
+  record_.watched = stored.watched;
+  if (stored.forgotten) {
+    record_.gone = true;
+    record_.sites = 0;
+  }
+  make_row();
+  row_.watched = stored.watched ? 1u : 0u;
+  if (Status st = stored.forgotten ? Status{} : come_back_to_lattice(stored); !st) return st;
+  if (!stored.forgotten) w_.body_names_.insert(name_);
+  w_.lattice_.rests[index_] = rest_row();
+  w_.bodies_[index_] = std::move(record_);
+  w_.lattice_.bodies[index_] = row_;
+  return {};
+}
+
+/// Whether its box is about its points, and no larger than growth can make it.
+bool WorldImpl::NewBody::is_box_of_its_sites(const StoredBody& stored) const {
+  constexpr std::int64_t most = 1 << 30;
+  if (s_.growth > 0 && !(box_.sites() <= most_growth_sites)) return false;
+  if (stored.points.empty() && !stored.forgotten) return false;
+  const core::SiteBox about = stored.points.empty() ? box_ : core::box_of(stored.points);
+  for (int a = 0; a < 3; ++a)
+    if (std::max(std::abs(box_.low[a]), std::abs(box_.high[a])) > most || box_.extent(a) < 1 ||
+        box_.low[a] > about.low[a] || box_.high[a] < about.high[a] ||
+        box_.low[a] < about.low[a] - s_.growth || box_.high[a] > about.high[a] + s_.growth)
+      return false;
+  return true;
+}
+
+/// Points, free sites and box.
+Status WorldImpl::NewBody::take_sites(const StoredBody& stored) {
+  points_ = stored.points;
+  free_ = stored.free;
+  surface_ = stored.surface;
+  box_ = stored.box;
+  origin_ = w_.origin_;
+  if (!is_box_of_its_sites(stored)) return damaged(what_, "its box is not usable");
+  if (points_.size() != (stored.forgotten ? 0 : stored.vertices) || surface_.size() != points_.size() ||
+      stored.vertices == 0 || stored.vertices >= none || (stored.forgotten && !free_.empty()))
+    return damaged(what_, "its sites and particles are not as many");
+  for (const Vec4<float>& s : surface_)
+    if (!(std::fabs(s.w) <= physics::largest_contact_radius) || !(std::fabs(s.w) > 0) ||
+        !(length(Vec3<float>{s.x, s.y, s.z}) < core::full_neighbours + 1))
+      return damaged(what_, "how it lies at its surface is not usable");
+  if (s_.motion == Motion::fixed && keeps_its_sites()) cell_ = w_.cell_of(s_.shape.bounds());
+  if (!points_.empty()) w_.put_in_cells(w_.lattice_origin(), cell_, points_, positions_);
+  if (points_.size() != surface_.size()) return damaged(what_, "a site is outside the domain");
+  if (!points_.empty()) center();
+  return {};
+}
+
+/// Its vertices and sites, in the order that they had.
+Status WorldImpl::NewBody::come_back_to_lattice(const StoredBody& stored) {
+  core::SceneLattice& lattice = w_.lattice_;
+  const auto within = [this](const Vec3i& p) {
+    return p.x >= box_.low[0] && p.x <= box_.high[0] && p.y >= box_.low[1] && p.y <= box_.high[1] &&
+           p.z >= box_.low[2] && p.z <= box_.high[2];
+  };
+  for (const auto* sites : {&points_, &free_})
+    if (!std::all_of(sites->begin(), sites->end(), within))
+      return damaged(what_, "a site is outside its box");
+  if (double(record_.first_vertex) + double(points_.size()) + double(free_.size()) >= double(none))
+    return damaged(what_, "there are too many sites");
+  lattice.site_vertex.resize(base_ + nx_ * ny_ * nz_, none);
+  w_.extend_vertices(points_.size());
+  for (std::size_t k = 0; k < points_.size(); ++k)
+    lattice.site_vertex[site_of(points_[k])] = put_on_lattice(none, k);
+  add_free_sites();
+  for (std::uint32_t v = record_.first_vertex; v < record_.end_vertex(); ++v)
+    if (lattice.site_vertex[lattice.vertex_site[v]] != v) return damaged(what_, "two sites are the same");
+  w_.solids_built_ += stored.vertices;
+  return {};
+}
+
+Status WorldImpl::come_back(const StoredBody& stored) {
+  return NewBody(*this, stored.desc, stored.row).come_back(stored);
 }
 
 Result<BodyId> WorldImpl::add_solid(const SolidDesc& given) {

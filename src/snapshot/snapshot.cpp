@@ -11,10 +11,17 @@
 #include "engine/text.hpp"
 #include "meltsim/physics/heat.hpp"
 #include "meltsim/physics/heat_boundary.hpp"
+#include "snapshot/bytes.hpp"
+#include "snapshot/other_bodies.hpp"
 #include "world/world_impl.hpp"
 
 namespace meltsim {
 inline namespace v0 {
+
+using core::Hash;
+using core::hash_byte;
+using core::hash_start;
+using core::hash_text;
 
 namespace {
 
@@ -33,77 +40,6 @@ constexpr std::uint32_t heat_level_bit = 1u, could_melt_bit = 2u;
 constexpr std::uint32_t follows_sound_bit = 4u;
 /// The next step begins with a look at what moves.
 constexpr std::uint32_t look_now_bit = 8u;
-
-/// FNV-1a, 64 bits.
-constexpr std::uint64_t hash_start = 14695981039346656037ull;
-constexpr std::uint64_t hash_byte(std::uint64_t hash, unsigned char byte) {
-  return (hash ^ byte) * 1099511628211ull;
-}
-constexpr std::uint64_t hash_text(std::uint64_t hash, const char* text) {
-  for (; *text != 0; ++text) hash = hash_byte(hash, static_cast<unsigned char>(*text));
-  return hash_byte(hash, 0);
-}
-
-class Hash {
- public:
-  void add(const void* data, std::size_t bytes) {
-    const auto* p = static_cast<const unsigned char*>(data);
-    for (std::size_t i = 0; i < bytes; ++i) value_ = hash_byte(value_, p[i]);
-  }
-  template <class V>
-  void add(const std::vector<V>& v) {
-    if (!v.empty()) add(v.data(), v.size() * sizeof(V));
-  }
-  std::uint64_t value() const { return value_; }
-
- private:
-  std::uint64_t value_ = hash_start;
-};
-
-class Writer {
- public:
-  template <class V>
-  void value(const V& v) {
-    const auto* p = reinterpret_cast<const std::uint8_t*>(&v);
-    bytes.insert(bytes.end(), p, p + sizeof(V));
-  }
-  template <class V>
-  void array(const std::vector<V>& v) {
-    value(static_cast<std::uint64_t>(v.size()));
-    if (v.empty()) return;
-    const auto* p = reinterpret_cast<const std::uint8_t*>(v.data());
-    bytes.insert(bytes.end(), p, p + v.size() * sizeof(V));
-  }
-  std::vector<std::uint8_t> bytes;
-};
-
-class Reader {
- public:
-  Reader(const std::uint8_t* data, std::size_t bytes) : p_(data), left_(bytes) {}
-  template <class V>
-  bool value(V& v) {
-    if (left_ < sizeof(V)) return false;
-    std::memcpy(&v, p_, sizeof(V));
-    p_ += sizeof(V);
-    left_ -= sizeof(V);
-    return true;
-  }
-  template <class V>
-  bool array(std::vector<V>& v) {
-    std::uint64_t n = 0;
-    if (!value(n) || n > left_ / sizeof(V)) return false;
-    v.resize(static_cast<std::size_t>(n));
-    if (n != 0) std::memcpy(v.data(), p_, v.size() * sizeof(V));
-    p_ += v.size() * sizeof(V);
-    left_ -= v.size() * sizeof(V);
-    return true;
-  }
-  std::size_t left() const { return left_; }
-
- private:
-  const std::uint8_t* p_;
-  std::size_t left_;
-};
 
 Error corrupt(const char* why) {
   return Error{ErrorCode::corrupt_data,
@@ -301,7 +237,7 @@ Result<std::vector<std::uint8_t>> WorldImpl::snapshot() {
   fetch_state();
   take_sound_work();
   StoredState stored = stored_state();
-  Writer w;
+  core::Writer w;
   w.bytes.insert(w.bytes.end(), magic, magic + 8);
   w.value(format_version);
   stored.each(
@@ -351,12 +287,27 @@ WorldImpl::StoredState WorldImpl::stored_state() const {
 }
 
 Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
+  return restore_state(data, bytes, nullptr);
+}
+
+/// bodies: those that it is of, which come in place of the World's; null: it is of the World's.
+Status WorldImpl::restore_state(const std::uint8_t* data, std::size_t bytes,
+                                const std::vector<StoredBody>* bodies) {
   StoredState stored;
   core::SceneState s;
   if (Status status = read_snapshot(data, bytes, stored, s); !status) return status;
-  // Checks the scene first: a snapshot of another scene is not damaged.
-  if (Status status = check_same_scene(stored, s); !status) return status;
+  // The scene first: a snapshot of another scene is not damaged.
+  if (Status status = check_same_setting(stored, s); !status) return status;
+  std::optional<OtherBodies> others;
+  if (bodies != nullptr) {
+    if (!finite(stored.origin)) return corrupt("the origin is not finite");
+    others.emplace(*this, stored.origin);
+    if (Status status = others->come_back(*bodies); !status) return status;
+    stored.lattice = lattice_hash();  // sites around bodies may be more or fewer here
+  }
+  if (Status status = check_same_bodies(stored, s); !status) return status;
   if (Status status = check_stored(stored, s); !status) return status;
+  if (others) others->stay();
   take_over(stored, std::move(s));
   return {};
 }
@@ -364,13 +315,14 @@ Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
 Status WorldImpl::read_snapshot(const std::uint8_t* data, std::size_t bytes, StoredState& stored,
                                 core::SceneState& s) {
   if (data == nullptr || bytes < 24 || std::memcmp(data, magic, 8) != 0)
-    return corrupt("not a meltsim snapshot");
+    return corrupt(core::is_saved_world(data, bytes) ? "this is a saved World, which load() takes"
+                                                     : "not a meltsim snapshot");
   Hash h;
   h.add(data, bytes - 8);
   std::uint64_t checksum = 0;
   std::memcpy(&checksum, data + bytes - 8, 8);
   std::uint32_t version = 0;
-  Reader r(data + 8, bytes - 16);
+  core::Reader r(data + 8, bytes - 16);
   if (!r.value(version)) return corrupt("truncated");
   if (version != format_version)
     return Error{ErrorCode::version_mismatch,
@@ -393,11 +345,18 @@ Status WorldImpl::read_snapshot(const std::uint8_t* data, std::size_t bytes, Sto
   return {};
 }
 
-Status WorldImpl::check_same_scene(const StoredState& stored, const core::SceneState& s) const {
-  const auto mismatch = [](const char* what, std::uint64_t have, std::uint64_t want) {
-    return core::invalid("snapshot: ", what, ": this World has ", have, ", the snapshot ", want,
-                         "; build the World from the same scene first");
-  };
+namespace {
+Error mismatch(const char* what, std::uint64_t have, std::uint64_t want) {
+  return core::invalid("snapshot: ", what, ": this World has ", have, ", the snapshot ", want,
+                       "; build the World from the same scene first");
+}
+}  // namespace
+
+/// Whether the World was made as the one that wrote it, but for bodies.
+Status WorldImpl::check_same_setting(const StoredState& stored, const core::SceneState& s) const {
+  if (stored.spacing != desc.spacing)
+    return core::invalid("snapshot: spacing: this World has ", desc.spacing, " m, the snapshot ",
+                         stored.spacing, " m; build the World from the same scene first");
   if (stored.materials != materials.size()) return mismatch("materials", materials.size(), stored.materials);
   for (std::size_t m = 0; m < materials.size(); ++m)
     if (stored.material_hashes[m] != material_hash(materials[m]))
@@ -409,17 +368,19 @@ Status WorldImpl::check_same_scene(const StoredState& stored, const core::SceneS
   for (std::size_t k = 0; k < s.solute.size(); ++k)
     if (s.solute[k].size() != (k < species_.size() ? s.position.size() : 0))
       return corrupt("contents of different length");
-  if (stored.bodies != bodies_.size()) return mismatch("bodies", bodies_.size(), stored.bodies);
   if (stored.emitters.size() != emitters_.size())
     return mismatch("emitters", emitters_.size(), stored.emitters.size());
+  return {};
+}
+
+/// Whether it is of the bodies that there are.
+Status WorldImpl::check_same_bodies(const StoredState& stored, const core::SceneState& s) const {
+  if (stored.bodies != bodies_.size()) return mismatch("bodies", bodies_.size(), stored.bodies);
   if (s.vertex_state.size() != lattice_.vertex_site.size())
     return mismatch("lattice vertices", lattice_.vertex_site.size(), s.vertex_state.size());
   if (stored.lattice != lattice_hash())
     return core::invalid(
         "snapshot: lattice vertices: numbered differently; build the World from the same scene first");
-  if (stored.spacing != desc.spacing)
-    return core::invalid("snapshot: spacing: this World has ", desc.spacing, " m, the snapshot ",
-                         stored.spacing, " m; build the World from the same scene first");
   return {};
 }
 

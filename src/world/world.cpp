@@ -267,6 +267,17 @@ Status World::load_state(int slot) {
 Result<std::vector<std::uint8_t>> World::snapshot() {
   return alone<Result<std::vector<std::uint8_t>>>(impl_.get(), [&] { return impl_->snapshot(); });
 }
+Result<std::vector<std::uint8_t>> World::save() {
+  return alone<Result<std::vector<std::uint8_t>>>(impl_.get(), [&] { return impl_->save(); });
+}
+Status World::load(const void* data, std::size_t bytes) {
+  return alone<Status>(impl_.get(),
+                       [&] { return impl_->load(static_cast<const std::uint8_t*>(data), bytes); });
+}
+Result<std::vector<BodyInfo>> World::bodies() const {
+  return alone<Result<std::vector<BodyInfo>>>(impl_.get(),
+                                              [&] { return Result<std::vector<BodyInfo>>(impl_->bodies()); });
+}
 Status World::restore(const void* data, std::size_t bytes) {
   return alone<Status>(impl_.get(),
                        [&] { return impl_->restore(static_cast<const std::uint8_t*>(data), bytes); });

@@ -25,6 +25,7 @@
 #include "shape/mesh_chords.hpp"
 #include "shape/shape_lattice.hpp"
 #include "shape/shape_node.hpp"
+#include "world/stored_body.hpp"
 #include "world/substep_budget.hpp"
 
 namespace meltsim {
@@ -46,6 +47,7 @@ struct BodyRecord {
   std::uint64_t since = 0;       ///< sub-steps that were taken before it came
   double reach = 0;              ///< of its farthest particle as built, from its centre or the pivot [m]
   int longest = 0;               ///< sites along its longest axis, as built
+  core::SiteBox box;             ///< of its sites
   Vec3d rest_low,
       rest_high;  ///< of a kinematic body: box of its particles as built, relative to the pivot [m]
   std::uint32_t first_vertex = 0, vertices = 0;  ///< of those that it was built of
@@ -163,6 +165,7 @@ class WorldImpl final : public Scheduler {
   // scene/solid.cpp
   Result<BodyId> add_solid(const SolidDesc& s);
   class NewBody;
+  Status come_back(const StoredBody& stored);
   // scene/heat_regions.cpp
   Result<HeatRegionId> add_heat_region(const HeatRegionDesc& r);
   // steering/force_fields.cpp
@@ -255,6 +258,10 @@ class WorldImpl final : public Scheduler {
   Result<std::uint64_t> state_hash();
   Result<std::vector<std::uint8_t>> snapshot();
   Status restore(const std::uint8_t* data, std::size_t bytes);
+  // snapshot/saved_world.cpp
+  Result<std::vector<std::uint8_t>> save();
+  Status load(const std::uint8_t* data, std::size_t bytes);
+  std::vector<BodyInfo> bodies() const;
   // world/plan.cpp
   Plan plan();
   Status insert_after(const std::string& after, CustomStage stage) override;
@@ -709,10 +716,16 @@ class WorldImpl final : public Scheduler {
   std::uint64_t material_hash(const MaterialDesc& m) const;
   struct StoredState;
   class SnapshotCheck;
+  class OtherBodies;
+  StoredBody stored_body(std::uint32_t row) const;
+  std::vector<std::uint32_t> rows_by_vertex() const;
+  Status check_loadable() const;
+  Status restore_state(const std::uint8_t* data, std::size_t bytes, const std::vector<StoredBody>* bodies);
   StoredState stored_state() const;
   static Status read_snapshot(const std::uint8_t* data, std::size_t bytes, StoredState& stored,
                               core::SceneState& s);
-  Status check_same_scene(const StoredState& stored, const core::SceneState& s) const;
+  Status check_same_setting(const StoredState& stored, const core::SceneState& s) const;
+  Status check_same_bodies(const StoredState& stored, const core::SceneState& s) const;
   Status check_stored(const StoredState& stored, const core::SceneState& s) const;
   static Status check_speeds(const StoredState& stored);
   Status check_reservoirs(const StoredState& stored, std::uint64_t particles) const;
@@ -755,6 +768,7 @@ class WorldImpl final : public Scheduler {
   std::vector<physics::MaterialProperties<double>> properties_;  ///< what rows' tables point to
   std::uint32_t number_ =
       next_number();  ///< of this World in the process: tells its handles from those of others
+  std::uint32_t body_number_ = number_;  ///< the same of bodies in new rows: another one after load()
   std::vector<BodyRecord> bodies_;
   std::vector<std::optional<BodyMotion>> motions_;  ///< per body: set since the last step
   /// A mesh that the host set: where its body's particles go. The memory is kept for the next one.

@@ -456,6 +456,9 @@ class Sequence {
       OF_NOTHING(meltsim_world_signal, w, nullptr);
       OF_NOTHING(meltsim_world_snapshot, w, nullptr, 0, nullptr);
       OF_NOTHING(meltsim_world_restore, w, nullptr, 0);
+      OF_NOTHING(meltsim_world_save, w, nullptr, 0, nullptr);
+      OF_NOTHING(meltsim_world_load, w, nullptr, 0);
+      OF_NOTHING(meltsim_world_bodies, w, nullptr, 0, 0, nullptr);
       OF_NOTHING(meltsim_world_state_hash, w, nullptr);
     }
     OF_NOTHING(meltsim_world_prepare, nullptr);
@@ -1651,6 +1654,53 @@ class Sequence {
         [&] { return cpp_->load_state(slot); });
   }
 
+  /// Bodies by both interfaces; handles of before are of no use after a load.
+  void list_bodies() {
+    const auto there = cpp_->bodies();
+    expect(bool(there), "no list of bodies");
+    std::size_t count = 0;
+    meltsim_body_info none{};
+    if (!there->empty())
+      refused(
+          "bodies",
+          [&] { return meltsim_world_bodies(c_.get(), &none, sizeof none, there->size() - 1, &count); },
+          MELTSIM_CAPACITY);
+    std::vector<meltsim_body_info> here(there->size() + 1);
+    expect(meltsim_world_bodies(c_.get(), here.data(), sizeof none, here.size(), &count) == MELTSIM_OK &&
+               count == there->size(),
+           "two lists of bodies");
+    bodies_.clear();
+    for (std::size_t k = 0; k < count; ++k) {
+      const BodyInfo& b = (*there)[k];
+      expect(b.name == here[k].name && here[k].motion == static_cast<int>(b.motion) &&
+                 (here[k].held != 0) == b.held && here[k].body.index == b.body.index &&
+                 here[k].material.index == b.material.index,
+             "two bodies");
+      bodies_.push_back({here[k].body, b.body.index, b.body.generation});
+    }
+  }
+  void save_and_load() {
+    std::size_t bytes = 0;
+    const auto there = cpp_->save();
+    note("save");
+    const meltsim_status asked = meltsim_world_save(c_.get(), nullptr, 0, &bytes);
+    if (!there) return expect(asked != MELTSIM_OK, "a saved World in one interface only");
+    expect(asked == MELTSIM_CAPACITY && bytes == there->size(), "a saved World of another size");
+    std::vector<std::uint8_t> here(bytes);
+    expect(meltsim_world_save(c_.get(), here.data(), bytes, &bytes) == MELTSIM_OK && bytes == there->size(),
+           "two saved Worlds");
+    if (chance(0.5)) any_call();
+    std::vector<std::uint8_t> damaged = here;
+    damaged[random_.below(static_cast<std::uint32_t>(bytes))] ^= 1u;
+    both(
+        "load", [&] { return meltsim_world_load(c_.get(), damaged.data(), damaged.size()); },
+        [&] { return cpp_->load(damaged.data(), damaged.size()); });
+    if (both(
+            "load", [&] { return meltsim_world_load(c_.get(), here.data(), bytes); },
+            [&] { return cpp_->load(here.data(), bytes); }))
+      list_bodies();
+  }
+
   void any_call() {
     const double what = random_.uniform();
     if (what < 0.13) add_material();
@@ -1675,7 +1725,8 @@ class Sequence {
     else if (what < 0.90) see_surface();
     else if (what < 0.93) read_later();
     else if (what < 0.96) watch();
-    else if (what < 0.98) go_back();
+    else if (what < 0.973) go_back();
+    else if (what < 0.98) save_and_load();
     else if (what < 0.983) stage();
     else if (what < 0.987) schedule();
     else if (what < 0.993) see_memory();

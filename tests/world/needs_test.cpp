@@ -500,6 +500,33 @@ TEST(Needs, AHeatRegionThatBeginsLeavesOneState) {
   expect_one_state([] { return heated_late(true); }, 220, 0.005, {60, 120, 190});
 }
 
+// A plan that gives memory back writes nothing there: regions of more kinds than it has room for came ahead of the end of heat.
+TEST(Needs, RegionsThatAreAddedAheadOfTheEndOfHeatAreNotWritten) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = describe();
+  d.spacing = 0.1;
+  World w = std::move(*World::create(d));
+  FluidDesc f;
+  f.material = *w.add_material({});
+  f.shape = Shape::box({0, 0, 0}, {0.4, 0.4, 0.4});
+  require(w.add_fluid(f));
+  HeatRegionDesc r;
+  r.shape = f.shape;
+  r.temperature = 50;
+  require(w.add_heat_region(r));
+  require(w.step(1e-4));
+  w.synchronize();
+  for (int k = 0; k < 400; ++k) require(w.add_heat_region(r));  // 20 kB beyond the end of what there was
+  require(w.set_heat_time_scale(0));
+  require(w.step(1e-4));
+  const StepResult rest = w.synchronize();
+  EXPECT_FALSE(rest.halted) << rest.halt_reason;
+  require(w.set_heat_time_scale(1));
+  require(w.step(1e-4));
+  EXPECT_FALSE(w.synchronize().halted);
+  EXPECT_GT(w.totals()->temperature_max, 20);
+}
+
 TEST(Needs, AStageOfTheHostThatHeatsKeepsHeatRunning) {
   MELTSIM_NEEDS_BACKEND();
   if (backend() == Backend::cuda) GTEST_SKIP() << "the stage below runs on the host";
