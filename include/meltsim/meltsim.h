@@ -1016,12 +1016,12 @@ MELTSIM_C_API meltsim_status meltsim_world_snapshot(meltsim_world* world, void* 
                                                     size_t* bytes);
 /* Goes back to a snapshot of a World with the same materials and bodies. */
 MELTSIM_C_API meltsim_status meltsim_world_restore(meltsim_world* world, const void* data, size_t bytes);
-/* A saved game: the state and the bodies that it is of, for meltsim_world_load(); as meltsim_world_snapshot(). */
+/* A saved game: the state and the bodies that it is of, for meltsim_world_load_saved(); as meltsim_world_snapshot(). */
 MELTSIM_C_API meltsim_status meltsim_world_save(meltsim_world* world, void* buffer, size_t capacity,
                                                 size_t* bytes);
 /* Makes state and bodies of this World those of a saved World with the same materials and emitters, whatever bodies there are here.
  * Ids of bodies from before are refused from then on; meltsim_world_bodies() has the new ones. */
-MELTSIM_C_API meltsim_status meltsim_world_load(meltsim_world* world, const void* data, size_t bytes);
+MELTSIM_C_API meltsim_status meltsim_world_load_saved(meltsim_world* world, const void* data, size_t bytes);
 /* A body of a World, as it was described. */
 typedef struct meltsim_body_info {
   meltsim_id body;     /* its id */

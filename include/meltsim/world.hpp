@@ -391,12 +391,12 @@ class MELTSIM_API World {
 
   /// Returns the State channels, versioned and checksummed, for restore().
   Result<std::vector<std::uint8_t>> snapshot();
-  /// Replaces the state by a snapshot of a World with the same materials and layout of bodies (load() brings bodies along), on any backend. On
+  /// Replaces the state by a snapshot of a World with the same materials and layout of bodies (load_saved() brings bodies along), on any backend. On
   /// error the World is unchanged. Settings are the World's, a WorldDesc::sound_speed too; a derived one is at least that of the
   /// snapshot. Synchronises. Errors: corrupt_data, invalid_argument, version_mismatch, out_of_memory.
   Status restore(const void* data, std::size_t bytes);
 
-  /// Returns a snapshot and the bodies that it is of, versioned and checksummed, for load(): a saved game. Synchronises. Errors: those of
+  /// Returns a snapshot and the bodies that it is of, versioned and checksummed, for load_saved(): a saved game. Synchronises. Errors: those of
   /// snapshot().
   Result<std::vector<std::uint8_t>> save();
   /// Makes the state and the bodies of this World those of a saved World, however bodies came and went in either: on any
@@ -405,7 +405,7 @@ class MELTSIM_API World {
   /// settings are the World's. A body that has a mesh takes it along for update_mesh(). On an error the World is unchanged. Synchronises.
   /// Errors: corrupt_data, invalid_argument (a probe is on a body, a reading is open, a World made in another way), capacity (events, as
   /// add_solid()), version_mismatch, out_of_memory.
-  Status load(const void* data, std::size_t bytes);
+  Status load_saved(const void* data, std::size_t bytes);
   /// The bodies that are there, those that have melted included and those that were removed not, in the order of BodyId::index. Does not
   /// wait. Errors: out_of_memory.
   Result<std::vector<BodyInfo>> bodies() const;

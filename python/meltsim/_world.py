@@ -7,6 +7,7 @@ import html
 import json
 import math
 import os
+import reprlib
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
@@ -187,7 +188,9 @@ class World(_core.World):
             if source == "-":
                 raise TypeError("scene: standard input is for the program meltsim; pass a file, a name or a dict")
         else:
-            raise TypeError(f"scene: expected a file, the name of a built-in scene or a dict, got {scene!r}")
+            hint = "; World.load_saved() takes what save() gave" if isinstance(scene, (bytes, bytearray, memoryview)) else ""
+            raise TypeError("scene: expected a file, the name of a built-in scene or a dict, "
+                            f"got {reprlib.repr(scene)} ({type(scene).__name__}){hint}")
         loaded = _core.Scene(source, is_text, changes, _number("scale", scale))
         world = cls(loaded, backend, precision, threads)
         world.end, world.fps, world.warnings = loaded.end, loaded.fps, loaded.warnings

@@ -1920,22 +1920,22 @@ void bind_world(nb::module_& m) {
             const auto bytes = away(w, false, [](World& world) { return expect(world.save()); });
             return nb::bytes(bytes.data(), bytes.size());
           },
-          "The state and the bodies that it is of, for load(): a saved game.")
+          "The state and the bodies that it is of, for load_saved(): a saved game.")
       .def(
-          "load",
+          "load_saved",
           [](HostWorld& w, nb::object saved) {
             saved = bytes_of("saved", "save()", std::move(saved));
             const auto* data = PyBytes_AS_STRING(saved.ptr());
             const auto size = static_cast<std::size_t>(PyBytes_GET_SIZE(saved.ptr()));
             const auto all = away(w, true, [&](World& world) {
-              expect(world.load(data, size));
+              expect(world.load_saved(data, size));
               return expect(world.bodies());
             });
             w.bodies.clear();
             w.removed.clear();
             for (const BodyInfo& b : all) w.bodies.push_back({w.serial(), b.body, b.name});
           },
-          "saved"_a, nb::sig("def load(self, saved: bytes | bytearray | memoryview) -> None"),
+          "saved"_a, nb::sig("def load_saved(self, saved: bytes | bytearray | memoryview) -> None"),
           "Makes state and bodies those of a saved World with the same materials and emitters, whatever "
           "bodies "
           "there are here; "

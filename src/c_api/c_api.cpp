@@ -1540,10 +1540,10 @@ meltsim_status meltsim_world_save(meltsim_world* world, void* buffer, size_t cap
     put_bytes(expect(world_of(world).save()), buffer, capacity, *bytes);
   });
 }
-meltsim_status meltsim_world_load(meltsim_world* world, const void* data, size_t bytes) {
+meltsim_status meltsim_world_load_saved(meltsim_world* world, const void* data, size_t bytes) {
   return guarded([&] {
     given(static_cast<const std::uint8_t*>(data), "data");
-    expect(world_of(world).load(data, bytes));
+    expect(world_of(world).load_saved(data, bytes));
   });
 }
 meltsim_status meltsim_world_bodies(meltsim_world* world, meltsim_body_info* bodies, size_t struct_size,

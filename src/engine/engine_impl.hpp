@@ -138,9 +138,7 @@ class EngineImpl final : public Engine {
     sized_ = false;
     edits_.moved();
     w_.slots_of_all = asks_by_id(setup.facts);
-    Frame<T> kept = w_;  // what is given back below has the size that it had
-    buffers_.link(kept, setup.channels);
-    put_tables(ex_, kept, c);
+    put_tables(ex_, with(setup.channels), c);
     put_lattice(ex_, w_, l, state, room_, grown, HostLoops(setup.threads));
     const auto has = [grown](int field) { return ((grown >> field) & 1u) != 0; };
     unguarded([&] {
@@ -578,6 +576,13 @@ class EngineImpl final : public Engine {
   }
 
  private:
+  /// The frame with these channels alone: others are about to be given back, and have the size that they had.
+  Frame<T> with(FieldSet channels) const {
+    Frame<T> kept = w_;
+    buffers_.link(kept, channels);
+    return kept;
+  }
+
   /// A copy of the buffers, behind a word that is 0 once it has been made.
   struct Saved {
     static constexpr std::uint64_t head = 256;

@@ -19,7 +19,7 @@ constexpr std::uint32_t saved_format = 1;
 
 Error unusable(const char* why) {
   return Error{ErrorCode::corrupt_data,
-               core::text("load: ", why, "; the World is unchanged, use another saved World")};
+               core::text("load_saved: ", why, "; the World is unchanged, use another saved World")};
 }
 
 /// Goes through what a saved World holds of a body, in its order: an Archive writes it, or reads it and says whether it was there.
@@ -174,15 +174,16 @@ Result<std::vector<std::uint8_t>> WorldImpl::save() {
 Status WorldImpl::check_loadable() const {
   for (const ProbeRecord& p : probes_)
     if (p.desc.body)
-      return core::invalid("load: probe \"", p.desc.name,
-                           "\" is on a body, which would go; add probes on bodies after load()");
+      return core::invalid("load_saved: probe \"", p.desc.name,
+                           "\" is on a body, which would go; add probes on bodies after load_saved()");
   for (const OpenReading& r : readings_)
     if (r.ticket.value != 0)
-      return core::invalid("load: a reading is open, which names bodies that would go; take() it first");
+      return core::invalid(
+          "load_saved: a reading is open, which names bodies that would go; take() it first");
   return {};
 }
 
-Status WorldImpl::load(const std::uint8_t* data, std::size_t bytes) {
+Status WorldImpl::load_saved(const std::uint8_t* data, std::size_t bytes) {
   if (Status s = check_loadable(); !s) return s;
   if (!core::is_saved_world(data, bytes) || bytes < 28)
     return unusable("not a saved World (of a snapshot(), restore() makes use)");
@@ -195,7 +196,7 @@ Status WorldImpl::load(const std::uint8_t* data, std::size_t bytes) {
   if (!r.value(version)) return unusable("truncated");
   if (version != saved_format)
     return Error{ErrorCode::version_mismatch,
-                 core::text("load: format version ", version, ", this library reads ", saved_format,
+                 core::text("load_saved: format version ", version, ", this library reads ", saved_format,
                             "; save it again with this version")};
   if (checksum != h.value()) return unusable("checksum does not match: truncated or changed");
   if (!r.value(count) || count > 65535) return unusable("the number of bodies is not usable");
@@ -209,9 +210,9 @@ Status WorldImpl::load(const std::uint8_t* data, std::size_t bytes) {
   std::vector<std::uint8_t> pipes, state;
   if (!r.array(pipes) || !r.array(state) || r.left() != 0) return unusable("truncated");
   if (event_watch_)
-    if (Status s = check_touching(event_watch_->kinds, all.size(), "load"); !s) return s;
+    if (Status s = check_touching(event_watch_->kinds, all.size(), "load_saved"); !s) return s;
   if (Status s = restore_state(state.data(), state.size(), &all); !s)
-    return Error{s.error().code, core::text("load: ", s.error().message)};
+    return Error{s.error().code, core::text("load_saved: ", s.error().message)};
   for (std::size_t k = 0; k < emitters_.size() && k < pipes.size(); ++k)
     emitters_[k].lead = pipes[k] != 0 ? emitters_[k].held_layers * emitters_[k].layer_distance : 0;
   return {};

@@ -315,7 +315,7 @@ Status WorldImpl::restore_state(const std::uint8_t* data, std::size_t bytes,
 Status WorldImpl::read_snapshot(const std::uint8_t* data, std::size_t bytes, StoredState& stored,
                                 core::SceneState& s) {
   if (data == nullptr || bytes < 24 || std::memcmp(data, magic, 8) != 0)
-    return corrupt(core::is_saved_world(data, bytes) ? "this is a saved World, which load() takes"
+    return corrupt(core::is_saved_world(data, bytes) ? "this is a saved World, which load_saved() takes"
                                                      : "not a meltsim snapshot");
   Hash h;
   h.add(data, bytes - 8);

@@ -270,9 +270,9 @@ Result<std::vector<std::uint8_t>> World::snapshot() {
 Result<std::vector<std::uint8_t>> World::save() {
   return alone<Result<std::vector<std::uint8_t>>>(impl_.get(), [&] { return impl_->save(); });
 }
-Status World::load(const void* data, std::size_t bytes) {
+Status World::load_saved(const void* data, std::size_t bytes) {
   return alone<Status>(impl_.get(),
-                       [&] { return impl_->load(static_cast<const std::uint8_t*>(data), bytes); });
+                       [&] { return impl_->load_saved(static_cast<const std::uint8_t*>(data), bytes); });
 }
 Result<std::vector<BodyInfo>> World::bodies() const {
   return alone<Result<std::vector<BodyInfo>>>(impl_.get(),

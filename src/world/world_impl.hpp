@@ -260,7 +260,7 @@ class WorldImpl final : public Scheduler {
   Status restore(const std::uint8_t* data, std::size_t bytes);
   // snapshot/saved_world.cpp
   Result<std::vector<std::uint8_t>> save();
-  Status load(const std::uint8_t* data, std::size_t bytes);
+  Status load_saved(const std::uint8_t* data, std::size_t bytes);
   std::vector<BodyInfo> bodies() const;
   // world/plan.cpp
   Plan plan();
@@ -768,7 +768,7 @@ class WorldImpl final : public Scheduler {
   std::vector<physics::MaterialProperties<double>> properties_;  ///< what rows' tables point to
   std::uint32_t number_ =
       next_number();  ///< of this World in the process: tells its handles from those of others
-  std::uint32_t body_number_ = number_;  ///< the same of bodies in new rows: another one after load()
+  std::uint32_t body_number_ = number_;  ///< the same of bodies in new rows: another one after load_saved()
   std::vector<BodyRecord> bodies_;
   std::vector<std::optional<BodyMotion>> motions_;  ///< per body: set since the last step
   /// A mesh that the host set: where its body's particles go. The memory is kept for the next one.

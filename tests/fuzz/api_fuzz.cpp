@@ -1292,8 +1292,8 @@ class Sequence {
     if (!bytes || !hash) return expect(halted_, "save failed: " + (bytes ? "" : bytes.error().message));
     auto bad = *bytes;
     bad[random_.below(static_cast<std::uint32_t>(bad.size()))] ^= 1u << random_.below(8);
-    expect(!other->load(bad.data(), bad.size()), "a damaged saved World was taken");
-    const Status taken = other->load(bytes->data(), bytes->size());
+    expect(!other->load_saved(bad.data(), bad.size()), "a damaged saved World was taken");
+    const Status taken = other->load_saved(bytes->data(), bytes->size());
     if (!taken) return expect(wild_, "a World refuses a saved one: " + taken.error().message);
     go_on_with(*other, *hash);
   }

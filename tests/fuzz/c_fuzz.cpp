@@ -457,7 +457,7 @@ class Sequence {
       OF_NOTHING(meltsim_world_snapshot, w, nullptr, 0, nullptr);
       OF_NOTHING(meltsim_world_restore, w, nullptr, 0);
       OF_NOTHING(meltsim_world_save, w, nullptr, 0, nullptr);
-      OF_NOTHING(meltsim_world_load, w, nullptr, 0);
+      OF_NOTHING(meltsim_world_load_saved, w, nullptr, 0);
       OF_NOTHING(meltsim_world_bodies, w, nullptr, 0, 0, nullptr);
       OF_NOTHING(meltsim_world_state_hash, w, nullptr);
     }
@@ -1693,11 +1693,11 @@ class Sequence {
     std::vector<std::uint8_t> damaged = here;
     damaged[random_.below(static_cast<std::uint32_t>(bytes))] ^= 1u;
     both(
-        "load", [&] { return meltsim_world_load(c_.get(), damaged.data(), damaged.size()); },
-        [&] { return cpp_->load(damaged.data(), damaged.size()); });
+        "load_saved", [&] { return meltsim_world_load_saved(c_.get(), damaged.data(), damaged.size()); },
+        [&] { return cpp_->load_saved(damaged.data(), damaged.size()); });
     if (both(
-            "load", [&] { return meltsim_world_load(c_.get(), here.data(), bytes); },
-            [&] { return cpp_->load(here.data(), bytes); }))
+            "load_saved", [&] { return meltsim_world_load_saved(c_.get(), here.data(), bytes); },
+            [&] { return cpp_->load_saved(here.data(), bytes); }))
       list_bodies();
   }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// save() and load(): a World that has other bodies, or none, goes on as the one that was saved, to the bit.
+// save() and load_saved(): a World that has other bodies, or none, goes on as the one that was saved, to the bit.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -157,7 +157,7 @@ BodyId named(const World& w, const std::string& name) {
 void take(World& to, World& from) {
   const auto bytes = from.save();
   ASSERT_TRUE(bytes) << bytes.error().message;
-  const Status loaded = to.load(bytes->data(), bytes->size());
+  const Status loaded = to.load_saved(bytes->data(), bytes->size());
   ASSERT_TRUE(loaded) << loaded.error().message;
 }
 
@@ -275,11 +275,11 @@ TEST(SavedWorld, ProxiesAndMeshesGoOn) {
 void expect_refused(Scene& s, const std::vector<std::uint8_t>& bytes, ErrorCode code, const char* says) {
   const auto before = s.world.save();
   const std::size_t bodies = s.world.bodies()->size();
-  const Status refused = s.world.load(bytes.data(), bytes.size());
+  const Status refused = s.world.load_saved(bytes.data(), bytes.size());
   ASSERT_FALSE(refused) << says;
   EXPECT_EQ(refused.error().code, code) << refused.error().message;
   EXPECT_NE(refused.error().message.find(says), std::string::npos) << refused.error().message;
-  EXPECT_EQ(refused.error().message.find("load: "), 0u) << refused.error().message;
+  EXPECT_EQ(refused.error().message.find("load_saved: "), 0u) << refused.error().message;
   EXPECT_EQ(s.world.bodies()->size(), bodies);
   EXPECT_EQ(*s.world.save(), *before);
 }
@@ -296,7 +296,7 @@ TEST(SavedWorld, RefusesWhatDoesNotFitAndChangesNothing) {
   expect_refused(b, *a.world.snapshot(), ErrorCode::corrupt_data, "restore()");
   const Status other = b.world.restore(bytes->data(), bytes->size());
   ASSERT_FALSE(other);
-  EXPECT_NE(other.error().message.find("load()"), std::string::npos) << other.error().message;
+  EXPECT_NE(other.error().message.find("load_saved()"), std::string::npos) << other.error().message;
   expect_refused(b, {}, ErrorCode::corrupt_data, "not a saved World");
   for (const std::size_t part : {8u, 12u, 20u, 28u, 100u, 1000u})
     expect_refused(b, {bytes->begin(), bytes->begin() + static_cast<std::ptrdiff_t>(part)},
@@ -311,7 +311,7 @@ TEST(SavedWorld, RefusesWhatDoesNotFitAndChangesNothing) {
   what.totals = true;
   const auto ticket = b.world.request(what);
   ASSERT_TRUE(ticket);
-  const Status open = b.world.load(bytes->data(), bytes->size());
+  const Status open = b.world.load_saved(bytes->data(), bytes->size());
   ASSERT_FALSE(open);
   EXPECT_NE(open.error().message.find("reading"), std::string::npos) << open.error().message;
   ASSERT_TRUE(b.world.take(*ticket));
@@ -360,7 +360,7 @@ TEST(SavedWorld, ADamagedBodyIsRefusedOrSteps) {
       if (changed[k] == value) continue;
       changed[k] = static_cast<std::uint8_t>(value);
       sign(changed);
-      const Status loaded = a.world.load(changed.data(), changed.size());
+      const Status loaded = a.world.load_saved(changed.data(), changed.size());
       ++(loaded ? taken : refused);
       if (!loaded) {
         EXPECT_FALSE(loaded.error().message.empty());
@@ -372,7 +372,7 @@ TEST(SavedWorld, ADamagedBodyIsRefusedOrSteps) {
     }
   EXPECT_GT(refused, 100);
   EXPECT_GT(taken, 100);  // a name, a number that may be another
-  const Status loaded = a.world.load(bytes.data(), bytes.size());
+  const Status loaded = a.world.load_saved(bytes.data(), bytes.size());
   EXPECT_TRUE(loaded) << loaded.error().message;
 }
 
