@@ -629,6 +629,9 @@ MELTSIM_C_API meltsim_status meltsim_world_set_heat_region(meltsim_world* world,
 MELTSIM_C_API meltsim_status meltsim_world_set_force_field(meltsim_world* world, meltsim_id field,
                                                            const meltsim_force_field_desc* desc);
 MELTSIM_C_API meltsim_status meltsim_world_remove_force_field(meltsim_world* world, meltsim_id field);
+MELTSIM_C_API meltsim_status meltsim_world_remove_heat_region(meltsim_world* world, meltsim_id region);
+/* With its samples that were not taken; refused while a reading with samples is open. */
+MELTSIM_C_API meltsim_status meltsim_world_remove_probe(meltsim_world* world, meltsim_id probe);
 MELTSIM_C_API meltsim_status meltsim_world_set_heat_time_scale(meltsim_world* world,
                                                                double scale); /* 0 stops heat */
 MELTSIM_C_API meltsim_status meltsim_world_set_emitter(meltsim_world* world, meltsim_id emitter,

@@ -192,14 +192,19 @@ class MELTSIM_API World {
   /// invalid_argument (names the field), capacity, out_of_memory.
   Result<ProbeId> add_probe(const ProbeDesc& desc);
 
-  // Removing, between steps. Both synchronise, and cost what they take out; with species, and ahead of the first step, the next
-  // step uploads. Memory is kept. What is removed counts in StepResult::removed.
+  // Removing, between steps. Bodies and liquid synchronise, and cost what they take out; with species, and ahead of the first step, the
+  // next step uploads. Memory is kept. What is removed counts in StepResult::removed. A handle of what was removed is refused.
   /// Removes a body: all that is solid of it. What has melted off it stays, and its name stays taken until compact(). Its handle is then
   /// refused everywhere, also by a second remove(); probes on it read 0. Errors: invalid_argument, out_of_memory.
   Status remove(BodyId body);
   /// Removes a force field, whose handle is then refused. Does not synchronise; without any field left the next step plans anew.
   /// Errors: invalid_argument.
   Status remove(ForceFieldId field);
+  /// Removes a heat region, whose name is free again. Costs what adding one does. Errors: invalid_argument.
+  Status remove(HeatRegionId region);
+  /// Removes a probe, whose name is free again; samples of it that were not taken go with it, those of others stay. Synchronises. Errors:
+  /// invalid_argument (also: a reading with samples is open).
+  Status remove(ProbeId probe);
   /// Removes the liquid whose particles have their centres in a shape, which does not go on behind periodic faces; returns how many. Errors:
   /// invalid_argument (the shape), out_of_memory.
   Result<std::uint64_t> remove_liquid(const Shape& shape);

@@ -837,6 +837,16 @@ nb::dict events_by_name(const HostWorld& w, const Events& all) {
   return result;
 }
 
+/// Removes what has one kind of handle.
+template <class Tag>
+void remove(HostWorld& w, const char* argument, std::vector<Named<Tag>>& known, nb::handle what,
+            const char* kind) {
+  const Handle<Tag> id = w.resolve(argument, known, what, kind);
+  away(w, true, [&](World& world) { expect(world.remove(id)); });
+  known.erase(std::remove_if(known.begin(), known.end(), [&](const Named<Tag>& one) { return one.id == id; }),
+              known.end());
+}
+
 /// What a call has of its bytes: them, or a copy of what may change while it is read.
 nb::object bytes_of(const std::string& name, const char* call, nb::object given) {
   if (!PyObject_CheckBuffer(given.ptr()))
@@ -1665,22 +1675,18 @@ void bind_world(nb::module_& m) {
       .def(
           "remove",
           [](HostWorld& w, nb::object what) {
-            if (nb::isinstance<ForceField>(what)) {
-              const ForceFieldId id = w.resolve("field", w.fields, what, "force field");
-              away(w, true, [&](World& world) { expect(world.remove(id)); });
-              w.fields.erase(std::remove_if(w.fields.begin(), w.fields.end(),
-                                            [&](const ForceField& f) { return f.id == id; }),
-                             w.fields.end());
-              return;
-            }
+            if (nb::isinstance<ForceField>(what)) return remove(w, "field", w.fields, what, "force field");
+            if (nb::isinstance<HeatRegion>(what)) return remove(w, "region", w.regions, what, "heat region");
+            if (nb::isinstance<Probe>(what)) return remove(w, "probe", w.probes, what, "probe");
             const BodyId id = w.resolve("body", w.bodies, what, "body");
             away(w, true, [&](World& world) { expect(world.remove(id)); });
             w.removed.push_back(id);
           },
-          "body"_a, nb::sig("def remove(self, body: Body | str | ForceField) -> None"),
+          "body"_a, nb::sig("def remove(self, body: Body | str | ForceField | HeatRegion | Probe) -> None"),
           "Removes a body, by its name, too: all that is solid of it, and its name stays taken until "
           "compact(). Or "
-          "a force field.")
+          "a force field, a heat region or a probe, whose names are free again; samples of a probe that were "
+          "not taken go with it.")
       .def(
           "remove_liquid",
           [](HostWorld& w, const Shape& shape) {

@@ -123,6 +123,27 @@ def test_a_saved_game_brings_its_bodies():
     assert other.pieces() == []
 
 
+def test_heat_regions_and_probes_are_removed():
+    world = bath()
+    box = Shape.box((0, 0, 0), (0.6, 0.3, 0.6))
+    heater = world.add_heat_region(box, name="heater", source=1e4)
+    gauge = world.add_probe([(0.3, 0, 0.3)], kind="level", name="gauge")
+    world.add_probe([(0.3, 0.1, 0.3)], name="thermometer", fields=["temperature"])
+    world.step(0.01)
+    world.remove(heater)
+    world.remove(gauge)
+    heat = world.totals().heat_in
+    assert heat > 0
+    world.step(0.01)
+    assert world.totals().heat_in == heat
+    assert list(world.take_samples()) == ["thermometer"]
+    for gone in (heater, gauge):
+        with pytest.raises(meltsim.Error):
+            world.remove(gone)
+    world.add_heat_region(box, name="heater", source=1e4)
+    world.add_probe([(0.3, 0, 0.3)], kind="level", name="gauge")
+
+
 def test_a_saved_state_is_gone_back_to():
     world = bath()
     world.save_state(1)

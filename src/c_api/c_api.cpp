@@ -827,6 +827,12 @@ meltsim_status meltsim_world_set_force_field(meltsim_world* world, meltsim_id fi
   return guarded(
       [&] { expect(world_of(world).set_force_field(handle<meltsim::ForceFieldId>(field), field_of(desc))); });
 }
+meltsim_status meltsim_world_remove_heat_region(meltsim_world* world, meltsim_id region) {
+  return guarded([&] { expect(world_of(world).remove(handle<meltsim::HeatRegionId>(region))); });
+}
+meltsim_status meltsim_world_remove_probe(meltsim_world* world, meltsim_id probe) {
+  return guarded([&] { expect(world_of(world).remove(handle<meltsim::ProbeId>(probe))); });
+}
 meltsim_status meltsim_world_remove_force_field(meltsim_world* world, meltsim_id field) {
   return guarded([&] { expect(world_of(world).remove(handle<meltsim::ForceFieldId>(field))); });
 }

@@ -264,7 +264,8 @@ Result<ProbeId> WorldImpl::add_probe(const ProbeDesc& p) {
   record.desc = p;
   if (p.name.empty()) record.desc.name = core::numbered_name("probe", probes_);
   if (Status s = check(record.desc, record); !s) return s.error();
-  const ProbeId id{static_cast<std::uint32_t>(probes_.size()), 1};
+  record.serial = next_probe_;
+  const ProbeId id{record.serial, number_};
   std::uint64_t heights = 0;
   const auto count = [&](const ProbeDesc& gauge) {
     if (gauge.kind == ProbeKind::level)
@@ -281,6 +282,7 @@ Result<ProbeId> WorldImpl::add_probe(const ProbeDesc& p) {
   probes_.push_back(std::move(record));
   sampled_.push_back(empty_series().back());
   probes_stale_ = true;
+  ++next_probe_;
   if (dirty_) return id;  // prepare() places them
   if (Status s = place_probes(); !s) {
     probes_.pop_back();
@@ -289,6 +291,25 @@ Result<ProbeId> WorldImpl::add_probe(const ProbeDesc& p) {
     return s.error();
   }
   return id;
+}
+
+Status WorldImpl::remove_probe(ProbeId id) {
+  const auto probe = std::find_if(probes_.begin(), probes_.end(),
+                                  [id](const ProbeRecord& p) { return p.serial == id.index; });
+  if (id.generation != number_ || probe == probes_.end())
+    return invalid("remove: probe: no probe of this World has index ", id.index, " and generation ",
+                   id.generation,
+                   "; pass what add_probe() of this World returned, and nothing that was removed");
+  for (const OpenReading& r : readings_)
+    if (r.ticket.value != 0 && r.what.probes)
+      return invalid("remove: probe \"", probe->desc.name,
+                     "\": a reading with its samples is open; take() it first");
+  collect_samples();
+  sampled_.erase(sampled_.begin() + (probe - probes_.begin()));
+  probes_.erase(probe);
+  probes_stale_ = true;
+  if (!dirty_) static_cast<void>(place_probes());  // they fitted before; a fault of the device the step finds
+  return {};
 }
 
 /// Probes that are due in this sub-step, and the place of their values.
@@ -318,7 +339,7 @@ std::vector<ProbeSeries> WorldImpl::empty_series() const {
   std::vector<ProbeSeries> all;
   for (std::size_t k = 0; k < probes_.size(); ++k) {
     ProbeSeries s;
-    s.probe = ProbeId{static_cast<std::uint32_t>(k), 1};
+    s.probe = ProbeId{probes_[k].serial, number_};
     s.points = probes_[k].points;
     s.width = probes_[k].width;
     all.push_back(std::move(s));

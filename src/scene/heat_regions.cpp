@@ -53,12 +53,38 @@ Result<HeatRegionId> WorldImpl::add_heat_region(const HeatRegionDesc& r) {
                    " m; make it larger or lower the spacing",
                    desc.domain.bounded ? ", or move it into the domain" : "");
   record.desc = std::move(region);
+  record.serial = next_region_;
   const bool planned = takes_new_plan();
   if (!planned) fetch_state();
   heat_regions_.push_back(std::move(record));
+  ++next_region_;
   if (planned) plan_changed_ = regions_act(time, std::max(time, plan_until_)) || plan_changed_;
   else dirty_ = true;
-  return HeatRegionId{static_cast<std::uint32_t>(heat_regions_.size() - 1), number_};
+  return HeatRegionId{heat_regions_.back().serial, number_};
+}
+
+/// Null: there is none.
+HeatRegionRecord* WorldImpl::region_of(HeatRegionId id) {
+  const auto found = std::find_if(heat_regions_.begin(), heat_regions_.end(),
+                                  [id](const HeatRegionRecord& r) { return r.serial == id.index; });
+  return id.generation == number_ && found != heat_regions_.end() ? &*found : nullptr;
+}
+
+Status WorldImpl::no_such_region(const char* call, HeatRegionId id) {
+  return invalid(call, ": region: no heat region of this World has index ", id.index, " and generation ",
+                 id.generation,
+                 "; pass what add_heat_region() of this World returned, and nothing that was removed");
+}
+
+Status WorldImpl::remove_heat_region(HeatRegionId id) {
+  HeatRegionRecord* const region = region_of(id);
+  if (region == nullptr) return no_such_region("remove", id);
+  const bool planned = takes_new_plan();
+  if (!planned) fetch_state();
+  plan_changed_ = plan_changed_ || region->acts;
+  heat_regions_.erase(heat_regions_.begin() + (region - heat_regions_.data()));
+  dirty_ = dirty_ || !planned;
+  return {};
 }
 
 /// Conditions and regions as rows: a region becomes a bit per cell of its box.

@@ -204,20 +204,18 @@ Status WorldImpl::set_free_surface_heat(const SurfaceHeatDesc& heat) {
 }
 
 Status WorldImpl::set_heat_region(HeatRegionId id, const std::optional<double>& temperature, double source) {
-  if (!valid(id))
-    return invalid("set_heat_region: region: no heat region of this World has index ", id.index,
-                   " and generation ", id.generation, "; pass what add_heat_region() of this World returned");
-  HeatRegionRecord& region = heat_regions_[id.index];
-  HeatRegionDesc changed = region.desc;
+  HeatRegionRecord* const region = region_of(id);
+  if (region == nullptr) return no_such_region("set_heat_region", id);
+  HeatRegionDesc changed = region->desc;
   changed.temperature = temperature;
   changed.source = source;
   if (Status s = core::validate(changed, desc.heat.model); !s)
     return Error{s.error().code, "set_heat_region: " + s.error().message};
-  region.desc.temperature = temperature;
-  region.desc.source = source;
-  if (dirty_ || !region.acts) return {};  // rows are made of the description when it begins to act
+  region->desc.temperature = temperature;
+  region->desc.source = source;
+  if (dirty_ || !region->acts) return {};  // rows are made of the description when it begins to act
   std::uint32_t row = 0;
-  for (std::uint32_t k = 0; k < id.index; ++k) row += heat_regions_[k].acts ? 1u : 0u;
+  for (const HeatRegionRecord* r = heat_regions_.data(); r != region; ++r) row += r->acts ? 1u : 0u;
   engine->set_heat_region(row, temperature.has_value(), temperature.value_or(0), source);
   return {};
 }

@@ -447,7 +447,7 @@ Status WorldImpl::prepare() {
   places_.reset();
   make_room_for_steps();
   dirty_ = measure_ = plan_changed_ = false;
-  return probes_.empty() ? Status{} : place_probes();  // the origin may have moved
+  return probes_.empty() && !probes_stale_ ? Status{} : place_probes();  // the origin may have moved
 }
 
 /// For what step() fills, so that it does not allocate: a layer of each nozzle, and one that it lets go.

@@ -118,6 +118,12 @@ Status World::remove(ForceFieldId field) {
 Result<EmitterId> World::add_emitter(const EmitterDesc& d) {
   return alone<Result<EmitterId>>(impl_.get(), [&] { return impl_->add_emitter(d); });
 }
+Status World::remove(HeatRegionId region) {
+  return alone<Status>(impl_.get(), [&] { return impl_->remove_heat_region(region); });
+}
+Status World::remove(ProbeId probe) {
+  return alone<Status>(impl_.get(), [&] { return impl_->remove_probe(probe); });
+}
 Status World::remove(BodyId body) {
   return alone<Status>(impl_.get(), [&] { return impl_->remove_body(body); });
 }

@@ -116,6 +116,7 @@ struct BodyRelease {
 
 struct ProbeRecord {
   ProbeDesc desc;
+  std::uint32_t serial = 0;  ///< of its handle
   std::vector<physics::SampleField> fields;
   std::uint32_t width = 0, values = 0;  ///< values per point, in all
   std::uint32_t points = 0;             ///< that it has values of
@@ -143,8 +144,9 @@ struct SampleBatch {
 
 struct HeatRegionRecord {
   HeatRegionDesc desc;
-  SiteBits sites;     ///< on the World's lattice; within the domain
-  bool acts = false;  ///< in the step that is being taken, or at the time that it is
+  std::uint32_t serial = 0;  ///< of its handle
+  SiteBits sites;            ///< on the World's lattice; within the domain
+  bool acts = false;         ///< in the step that is being taken, or at the time that it is
 };
 
 struct ForceFieldRecord {
@@ -168,6 +170,7 @@ class WorldImpl final : public Scheduler {
   Status come_back(const StoredBody& stored);
   // scene/heat_regions.cpp
   Result<HeatRegionId> add_heat_region(const HeatRegionDesc& r);
+  Status remove_heat_region(HeatRegionId id);
   // steering/force_fields.cpp
   Result<ForceFieldId> add_force_field(const ForceFieldDesc& f);
   Status set_force_field(ForceFieldId id, const ForceFieldDesc& f);
@@ -236,6 +239,7 @@ class WorldImpl final : public Scheduler {
   Result<Reading> take(ReadTicket ticket);
   // readout/probes.cpp
   Result<ProbeId> add_probe(const ProbeDesc& p);
+  Status remove_probe(ProbeId id);
   Result<std::vector<ProbeSeries>> take_samples();
   Result<std::vector<double>> sample(const std::vector<Vec3d>& points,
                                      const std::vector<std::string>& fields);
@@ -298,7 +302,6 @@ class WorldImpl final : public Scheduler {
     return b < bodies_.size() && bodies_[b].since < step ? id_of(b) : BodyId{};
   }
   bool valid(EmitterId id) const { return id.generation == number_ && id.index < emitters_.size(); }
-  bool valid(HeatRegionId id) const { return id.generation == number_ && id.index < heat_regions_.size(); }
   bool valid(MaterialId id) const {  // generation 1: by its index, in any World
     return (id.generation == number_ || id.generation == 1) && id.index < materials.size();
   }
@@ -365,6 +368,8 @@ class WorldImpl final : public Scheduler {
   std::uint32_t field_rows() const;
   void field_changed(std::uint32_t row);
   static Status no_such_field(const char* call, ForceFieldId id);
+  HeatRegionRecord* region_of(HeatRegionId id);
+  static Status no_such_region(const char* call, HeatRegionId id);
   void see_speed(double speed);
   Status check_body(const char* call, BodyId id) const;
   Status push(const char* call, const core::PushArguments& a);
@@ -784,7 +789,8 @@ class WorldImpl final : public Scheduler {
   double carried_speed_ = 0;            ///< of the fastest kinematic body in that step [m/s]
   std::unordered_set<std::string> body_names_;
   std::vector<EmitterRecord> emitters_;
-  std::vector<HeatRegionRecord> heat_regions_;
+  std::vector<HeatRegionRecord> heat_regions_;                             ///< that there are
+  std::uint32_t next_region_ = 0;                                          ///< serial of the next one
   std::array<ForceFieldRecord, physics::most_force_fields> force_fields_;  ///< the rows of the backend
   std::uint32_t next_field_ = 0;                                           ///< serial of the next one
   core::SceneState state_;
@@ -910,7 +916,8 @@ class WorldImpl final : public Scheduler {
   std::vector<core::MaterialRow<double>> rows_;
   std::vector<core::BurstArguments> bursts_;
   std::vector<core::InletLayer> layers_;  ///< of nozzles that recycle, in the next sub-step
-  std::vector<ProbeRecord> probes_;
+  std::vector<ProbeRecord> probes_;       ///< that there are
+  std::uint32_t next_probe_ = 0;          ///< serial of the next one
   std::vector<PendingSample> pending_;
   std::vector<ProbeSeries> sampled_;  ///< per probe: on the host already
   /// The backend's room for samples is in as many regions as there may be readings, and one more: sub-steps write to one of

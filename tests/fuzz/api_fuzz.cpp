@@ -574,6 +574,30 @@ class Sequence {
     again([r](World& w) { return bool(w.add_heat_region(r)); });
   }
 
+  /// Takes out a heat region or a probe; now and then by a handle of one that is gone.
+  void take_out_region_or_probe() {
+    if (chance(0.5) && !heat_regions_.empty()) {
+      const HeatRegionId id = any_of(heat_regions_);
+      note("remove heat region ", id.index);
+      if (!guarded_call("remove", [&] { return world_->remove(id); })) return;
+      expect(!world_->remove(id) && !world_->set_heat_region(id, {}, 0),
+             "the handle of a heat region that was removed is taken");
+      again([](World&) { return false; });  // handles are of this World
+      if (chance(0.7)) heat_regions_.erase(std::find(heat_regions_.begin(), heat_regions_.end(), id));
+      return;
+    }
+    auto series = world_->take_samples();
+    if (!series || series->empty()) return;
+    const ProbeId id = any_of(*series).probe;
+    note("remove probe ", id.index);
+    const Status removed = guarded_call("remove", [&] { return world_->remove(id); });
+    if (!removed) return;
+    --probes_;
+    expect(!world_->remove(id), "a probe was removed twice");
+    expect(world_->take_samples()->size() == series->size() - 1, "another number of series");
+    again_saved([](World&) { return false; });
+  }
+
   Vec3d direction() { return {random_.uniform(-1, 1), random_.uniform(-1, 1), random_.uniform(-1, 1)}; }
   /// Adds, changes or removes a force field; sometimes by the handle of one that is gone.
   void push_about() {
@@ -1336,7 +1360,8 @@ class Sequence {
     else if (what < 0.785) push_about();
     else if (what < 0.81) schedule();
     else if (what < 0.85) move_about();
-    else if (what < 0.88) take_out();
+    else if (what < 0.87) take_out();
+    else if (what < 0.88) take_out_region_or_probe();
     else if (what < 0.92) steer();
     else if (what < 0.94) step_by_budget();
     else if (what < 0.95) interrupt_and_move();

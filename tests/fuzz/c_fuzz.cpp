@@ -457,6 +457,8 @@ class Sequence {
       OF_NOTHING(meltsim_world_snapshot, w, nullptr, 0, nullptr);
       OF_NOTHING(meltsim_world_restore, w, nullptr, 0);
       OF_NOTHING(meltsim_world_save, w, nullptr, 0, nullptr);
+      OF_NOTHING(meltsim_world_remove_heat_region, w, meltsim_id{});
+      OF_NOTHING(meltsim_world_remove_probe, w, meltsim_id{});
       OF_NOTHING(meltsim_world_load_saved, w, nullptr, 0);
       OF_NOTHING(meltsim_world_bodies, w, nullptr, 0, 0, nullptr);
       OF_NOTHING(meltsim_world_state_hash, w, nullptr);
@@ -930,8 +932,9 @@ class Sequence {
     }
     if (d.kind < 0 || d.kind > MELTSIM_PROBE_FLUX)
       return refused("add_probe", [&] { return meltsim_world_add_probe(c_.get(), &d, nullptr); });
-    both(
-        "add_probe", [&] { return meltsim_world_add_probe(c_.get(), &d, nullptr); },
+    Thing made;
+    const bool taken = both(
+        "add_probe", [&] { return meltsim_world_add_probe(c_.get(), &d, &made.c); },
         [&] {
           ProbeDesc x;
           x.kind = static_cast<ProbeKind>(d.kind);
@@ -940,8 +943,26 @@ class Sequence {
           x.every = d.every, x.until = d.until, x.radius = d.radius, x.normal = vec(d.normal);
           if (d.wall != -1) x.wall = d.wall;
           x.body = body.id<BodyId>();
-          return cpp_->add_probe(x);
+          const auto id = cpp_->add_probe(x);
+          if (id) made.index = id->index, made.generation = id->generation;
+          return id;
         });
+    if (taken) probes_.push_back(made);
+  }
+  void take_out_region_or_probe() {
+    auto& all = chance(0.5) ? regions_ : probes_;
+    if (all.empty()) return;
+    const std::uint32_t k = random_.below(static_cast<std::uint32_t>(all.size()));
+    const Thing t = all[k];
+    if (chance(0.7)) all.erase(all.begin() + k);
+    const bool of_region = &all == &regions_;
+    both(
+        "remove",
+        [&] {
+          return of_region ? meltsim_world_remove_heat_region(c_.get(), t.c)
+                           : meltsim_world_remove_probe(c_.get(), t.c);
+        },
+        [&] { return of_region ? cpp_->remove(t.id<HeatRegionId>()) : cpp_->remove(t.id<ProbeId>()); });
   }
 
   // --- stepping -----------------------------------------------------------------------------------------------
@@ -1718,7 +1739,8 @@ class Sequence {
     else if (what < 0.71) push_body();
     else if (what < 0.76) set_something();
     else if (what < 0.775) remove_liquid();
-    else if (what < 0.785) compact();
+    else if (what < 0.78) compact();
+    else if (what < 0.785) take_out_region_or_probe();
     else if (what < 0.81) read_totals();
     else if (what < 0.84) read_particles();
     else if (what < 0.87) look_about();
@@ -1741,7 +1763,7 @@ class Sequence {
   const bool wild_;
   std::unique_ptr<meltsim_world, WorldDelete> c_;
   std::unique_ptr<World> cpp_;
-  std::vector<Thing> materials_, liquids_, solids_, species_, bodies_, emitters_, regions_, fields_;
+  std::vector<Thing> materials_, liquids_, solids_, species_, bodies_, emitters_, regions_, fields_, probes_;
   std::uint32_t ring_ = 0;
   int calls_ = 0;  ///< of stages of the C World
   std::string trace_;

@@ -554,5 +554,43 @@ TEST(Needs, ToleranceMustBeANumber) {
   EXPECT_NE(w.error().message.find("heat.level_tolerance"), std::string::npos);
 }
 
+// As one whose source is set to next to nothing (0 is refused); and the one behind it, which moves up in the backend's table, is still the one that is set.
+TEST(Needs, AHeatRegionThatIsRemovedHeatsNoMore) {
+  MELTSIM_NEEDS_BACKEND();
+  std::vector<World> worlds;
+  for (const bool removes : {false, true}) {
+    World w = heated_late(false);
+    HeatRegionDesc r;
+    r.shape = Shape::box({-9, -9, -9}, {9, 9, 9});
+    r.source = 5e3;
+    const HeatRegionId first = *w.add_heat_region(r), second = *w.add_heat_region(r);
+    for (int k = 0; k < 5; ++k) require(w.step(0.005));
+    if (removes) {
+      require(w.remove(first));
+      EXPECT_FALSE(w.remove(first));
+      EXPECT_FALSE(w.set_heat_region(first, {}, 1));
+    } else {
+      require(w.set_heat_region(first, {}, 1e-200));
+    }
+    require(w.set_heat_region(second, {}, 1e4));
+    for (int k = 0; k < 5; ++k) require(w.step(0.005));
+    if (removes) {
+      require(w.remove(second));
+      const double in = w.totals()->heat_in;
+      require(w.step(0.005));
+      EXPECT_EQ(w.totals()->heat_in, in);
+      EXPECT_FALSE(runs(w, "thermal.boundary"));
+    } else {
+      require(w.set_heat_region(second, {}, 1e-200));
+      require(w.step(0.005));
+      EXPECT_TRUE(runs(w, "thermal.boundary"));
+    }
+    worlds.push_back(std::move(w));
+  }
+  EXPECT_EQ(*worlds[0].state_hash(), *worlds[1].state_hash());
+  EXPECT_GT(worlds[1].totals()->heat_in, 0);
+  EXPECT_EQ(worlds[0].totals()->heat_in, worlds[1].totals()->heat_in);
+}
+
 }  // namespace
 }  // namespace meltsim_test

@@ -715,5 +715,67 @@ TEST(Probe, ColumnsNameEveryValue) {
             (std::vector<std::string>{"speed", "velocity_x", "velocity_y", "velocity_z", "temperature"}));
 }
 
+// What others read is what they read without it, and it reads nothing any more; names and the room for 64 come back.
+TEST(Probe, ARemovedOneTakesItsSamplesAlongAndNoOthers) {
+  MELTSIM_NEEDS_BACKEND();
+  Scene a = ice_in_water(describe()), b = ice_in_water(describe());
+  ProbeDesc p;
+  p.points = {{1, 0.5, 1}, {0.7, 0.9, 1.3}};
+  p.fields = all_fields;
+  ProbeId removed, kept;
+  for (Scene* s : {&a, &b}) {
+    require(s->world.add_probe(p));
+    if (s == &a) {
+      ProbeDesc g = gauge({{1, 1, 1}, {0.5, 1, 0.5}});
+      g.name = "gauge";
+      removed = *s->world.add_probe(g);
+    }
+    kept = *s->world.add_probe(thermometer({1, 1, 1}));
+    for (int k = 0; k < 5; ++k) require(s->world.step(0.005));
+  }
+  ReadRequest what;
+  what.probes = true;
+  const auto ticket = a.world.request(what);
+  ASSERT_TRUE(ticket);
+  const Status early = a.world.remove(removed);
+  ASSERT_FALSE(early);
+  EXPECT_NE(early.error().message.find("reading"), std::string::npos) << early.error().message;
+  const auto read = a.world.take(*ticket);
+  ASSERT_TRUE(read);
+  auto before = b.world.take_samples();
+  EXPECT_EQ(read->probes.at(2).values, before->at(1).values);
+  for (Scene* s : {&a, &b}) require(s->world.step(0.005));
+  require(a.world.remove(removed));
+  EXPECT_FALSE(a.world.remove(removed));
+  EXPECT_FALSE(b.world.remove(removed));  // of another World
+  for (Scene* s : {&a, &b}) require(s->world.step(0.005));
+  const auto x = a.world.take_samples(), y = b.world.take_samples();
+  ASSERT_TRUE(x && y);
+  ASSERT_EQ(x->size(), 2u);
+  ASSERT_EQ(y->size(), 2u);
+  for (std::size_t k = 0; k < 2; ++k) {
+    EXPECT_EQ((*x)[k].values, (*y)[k].values);
+    EXPECT_EQ((*x)[k].time, (*y)[k].time);
+    EXPECT_GE((*x)[k].time.size(), 2u);  // a step each side of the removal
+  }
+  EXPECT_EQ((*y)[1].probe, kept);
+  EXPECT_EQ(*a.world.state_hash(), *b.world.state_hash());
+  for (int k = 0; k < 70; ++k) {
+    ProbeDesc g = gauge({{1, 1, 1}});
+    g.name = "gauge";
+    const auto again = a.world.add_probe(g);
+    ASSERT_TRUE(again) << again.error().message;
+    EXPECT_FALSE(*again == removed);
+    if (k % 7 == 0) require(a.world.step(0.005));
+    require(a.world.remove(*again));
+  }
+  // The last ones, ahead of a step and of an upload.
+  const auto last = a.world.take_samples();
+  for (const ProbeSeries& s : *last) require(a.world.remove(s.probe));
+  require(a.world.step(0.005));
+  EXPECT_TRUE(a.world.take_samples()->empty());
+  EXPECT_FALSE(a.world.synchronize().halted);
+}
+
 }  // namespace
 }  // namespace meltsim_test
