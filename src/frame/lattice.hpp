@@ -132,6 +132,36 @@ MELTSIM_HD Vec3<double> steps_in_box(const Frame<T>& w, std::uint64_t v, std::ui
           static_cast<double>(site / b.stride_z)};
 }
 
+/// d less as many periods as bring it nearest to `near`.
+MELTSIM_HD double nearest_image(double d, double near, double period) {
+  return period > 0 ? d - period * std::rint((d - near) / period) : d;
+}
+MELTSIM_HD Vec3<double> nearest_image(Vec3<double> d, Vec3<double> near, Vec3<double> period) {
+  return {nearest_image(d.x, near.x, period.x), nearest_image(d.y, near.y, period.y),
+          nearest_image(d.z, near.z, period.z)};
+}
+
+/// Position of a vertex relative to another of its piece, of which d is one image [m]: a piece may be longer than half a period. Meant is the
+/// image nearest to where the lattice as built has it, turned by what turn(vertex) says, in the mean of both. Of a piece that reaches around
+/// an axis, d there.
+template <class T, class Turn>
+MELTSIM_HD Vec3<double> offset_in_piece(const Frame<T>& w, Vec3<double> d, std::uint64_t v,
+                                        std::uint64_t from, const Turn& turn) {
+  if (w.grid.periodic == 0u) return d;
+  const std::uint32_t body = w.f.vertex_body[v];
+  const Vec3<double> q =
+      (steps_in_box(w, v, body) - steps_in_box(w, from, body)) * static_cast<double>(w.c.spacing);
+  const auto turned = [&](std::uint64_t vertex) {
+    const Quat<T> r = turn(vertex);
+    return rotate(Quat<double>{static_cast<double>(r.w), static_cast<double>(r.x), static_cast<double>(r.y),
+                               static_cast<double>(r.z)},
+                  q);
+  };
+  const Vec3<double> image = nearest_image(d, (turned(v) + turned(from)) * 0.5, cast<double>(w.grid.period));
+  const std::uint32_t* around = w.f.bodies[body].around;
+  return {around[0] != 0u ? d.x : image.x, around[1] != 0u ? d.y : image.y, around[2] != 0u ? d.z : image.z};
+}
+
 /// Place and velocity of a vertex of a body that deforms, relative to the pivot in the frame of the body as built, at a time [s].
 template <class T>
 MELTSIM_HD physics::RigidPoint deformed_point(const Frame<T>& w, std::uint64_t v, const BodyMotionRow& row,

@@ -267,6 +267,14 @@ struct GoalsBody {
   }
 };
 
+/// Position of a vertex relative to the label of its piece [m].
+template <class T>
+MELTSIM_HD Vec3<double> place_in_piece(const Frame<T>& w, std::uint64_t v, std::uint32_t label) {
+  const Vec3<T> d = spatial::separation(w.grid, xyz(w.f.vertex_position[v]), xyz(w.f.vertex_position[label]));
+  return core::offset_in_piece(w, cast<double>(d), v, label,
+                               [&w](std::uint64_t of) { return w.f.region_rotation[of]; });
+}
+
 /// Adds a vertex to the sums of its piece, exactly. Positions are relative to the piece's label vertex.
 template <class T>
 struct PieceSumsBody {
@@ -279,8 +287,7 @@ struct PieceSumsBody {
     if (!finite(dv)) return none;  // step.integrate reports it
     const std::uint32_t label = w.f.vertex_piece[v];
     const double m = static_cast<double>(w.f.mass[w.f.slot_of_id[w.f.vertex_id[v]]]);
-    const Vec3<double> u = cast<double>(
-        spatial::separation(w.grid, xyz(w.f.vertex_position[v]), xyz(w.f.vertex_position[label])));
+    const Vec3<double> u = place_in_piece(w, v, label);
     const Vec3<double> spin = cross(u, dv);
     // Values far beyond the range of the sums are limited to that of an integer; the World then halts anyway.
     constexpr double most = 4e18;
@@ -317,8 +324,7 @@ struct BalanceBody {
     if (!moves(w, v)) return;
     const std::uint32_t label = w.f.vertex_piece[v];
     const physics::RigidResidual r = core::residual_of(w.f.piece_sums[label], w.sum_units);
-    const Vec3<double> u = cast<double>(
-        spatial::separation(w.grid, xyz(w.f.vertex_position[v]), xyz(w.f.vertex_position[label])));
+    const Vec3<double> u = place_in_piece(w, v, label);
     w.f.shape_velocity[v] += cast<T>(physics::residual_correction(r, u));
   }
 };

@@ -38,11 +38,6 @@ MELTSIM_HD Vec3<double> origin_of(const Frame<T>& w, std::uint32_t label) {
   return id == none ? Vec3<double>{} : cast<double>(xyz(w.f.position[w.f.slot_of_id[id]]));
 }
 
-/// d less as many periods as bring it nearest to `near`.
-MELTSIM_HD double nearest_image(double d, double near, double period) {
-  return period > 0 ? d - period * std::rint((d - near) / period) : d;
-}
-
 /// Empties the sums of a piece.
 template <class T>
 struct ClearRigidBody {
@@ -68,8 +63,7 @@ struct RigidSumsBody {
     Vec3<double> u = cast<double>(xyz(w.f.position[slot])) - origin_of(w, label);
     if (w.grid.periodic != 0u) {
       const Vec3<double> near = rotate(w.f.rigid_rotation[label], q), period = cast<double>(w.grid.period);
-      u = {nearest_image(u.x, near.x, period.x), nearest_image(u.y, near.y, period.y),
-           nearest_image(u.z, near.z, period.z)};
+      u = core::nearest_image(u, near, period);
     }
     const Vec3<double> before = cast<double>(velocity);
     core::count_particle(s, w.sum_units, static_cast<double>(w.f.mass[slot]), u, q, before,
@@ -104,8 +98,7 @@ struct RigidStepBody {
     if (w.grid.periodic != 0u) {
       const Vec3<double> near = rotate(row.motion.first.orientation, rest),
                          period = cast<double>(w.grid.period);
-      center = {nearest_image(center.x, near.x, period.x), nearest_image(center.y, near.y, period.y),
-                nearest_image(center.z, near.z, period.z)};
+      center = core::nearest_image(center, near, period);
     }
     const Vec3<double> kick = sums.kicked_momentum - sums.momentum, turn = sums.kicked_spin - sums.spin;
     // Gravity acts on particles, too; on their centre, which need not be the host's.

@@ -2,6 +2,7 @@
 // Kernels of a reading: sums over the state, sums over pieces, levels of the liquid, particles by id.
 #pragma once
 
+#include "frame/lattice.hpp"
 #include "frame/reading_frame.hpp"
 #include "meltsim/physics/energy.hpp"
 #include "meltsim/physics/immersion.hpp"
@@ -221,7 +222,14 @@ struct DescribeRowBody {
 template <class T>
 MELTSIM_HD Vec3<double> offset_in_piece(const ReadingFrame<T>& w, std::uint32_t row, std::uint32_t slot) {
   const Vec3<T> at = cast<T>(w.rows[row].at);
-  const Vec3<double> u = cast<double>(spatial::separation(w.s.grid, xyz(w.s.f.position[slot]), at));
+  const Vec3<double> d = cast<double>(spatial::separation(w.s.grid, xyz(w.s.f.position[slot]), at));
+  const auto turn = [&w](std::uint64_t v) {
+    const bool carried =
+        w.s.f.body_motion != nullptr && w.s.f.bodies[w.s.f.vertex_body[v]].motion == core::body_kinematic;
+    return carried || w.s.f.region_rotation != nullptr ? core::turn_of(w.s, v) : Quat<T>{};
+  };
+  const std::uint32_t v = w.s.f.vertex_of_id[w.s.f.id[slot]];
+  const Vec3<double> u = core::offset_in_piece(w.s, d, v, w.rows[row].first, turn);
   return {clamp(u.x, -w.size, w.size), clamp(u.y, -w.size, w.size), clamp(u.z, -w.size, w.size)};
 }
 

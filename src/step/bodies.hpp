@@ -181,11 +181,16 @@ struct SetOffBody {
   }
 };
 
-/// Place of the particle at slot i relative to the first vertex of its body [m].
+/// Place of the particle at slot i relative to the first vertex of its body [m]; of another piece, in the nearest image.
 template <class T>
 MELTSIM_HD Vec3<double> place_in_body(const Frame<T>& w, std::uint64_t i, std::uint32_t vertex) {
-  const std::uint32_t first = w.f.slot_of_id[w.f.vertex_id[vertex]];
-  return cast<double>(spatial::separation(w.grid, xyz(w.f.position[i]), xyz(w.f.position[first])));
+  const std::uint32_t first = w.f.slot_of_id[w.f.vertex_id[vertex]], v = w.f.vertex_of_id[w.f.id[i]];
+  const Vec3<double> d =
+      cast<double>(spatial::separation(w.grid, xyz(w.f.position[i]), xyz(w.f.position[first])));
+  return w.f.vertex_piece[v] == w.f.vertex_piece[vertex]
+             ? core::offset_in_piece(w, d, v, vertex,
+                                     [&w](std::uint64_t of) { return w.f.region_rotation[of]; })
+             : d;
 }
 
 template <class T>
