@@ -261,7 +261,7 @@ struct SolidDesc {
 };
 
 /// A fixed part of space that heats, cools or holds the temperature of the particles inside. Its shape is resolved to
-/// the spacing. Needs HeatModel::enthalpy.
+/// the spacing, and goes on behind periodic faces. Needs HeatModel::enthalpy.
 struct HeatRegionDesc {
   std::string name;                   ///< empty = "heat<N>"
   Shape shape;                        ///< the volume [m]

@@ -711,6 +711,7 @@ void WorldImpl::take_up(EmitterRecord& r, const std::vector<Vec3d>& disc, Vec3d 
     put_in_reserve(r, r.desc.center - origin);
   }
   emitters_.push_back(r);
+  emitters_.back().brings = emits(r);
   emitter_points_.insert(emitter_points_.end(), disc.begin(), disc.end());
   if (r.recycles()) settle_at(origin);
   else if (!running || !emitter_joins_in_place(status)) {

@@ -30,6 +30,26 @@ Box WorldImpl::reachable(Box box) const {
   return box;
 }
 
+/// The shape, and its images behind the periodic faces that it reaches across.
+Shape WorldImpl::with_images(const Shape& shape) const {
+  std::vector<Shape> all{shape};
+  const Box box = shape.bounds();
+  const Vec3d lo = desc.domain.min, hi = desc.domain.max;
+  const auto reaches = [&](std::size_t axis, double low, double high, double from, double to, Vec3d period) {
+    if (!core::is_periodic(desc.domain, axis)) return;
+    const double slack = 1e-9 * (to - from);
+    const std::size_t n = all.size();
+    for (std::size_t k = 0; k < n; ++k) {
+      if (low < from - slack) all.push_back(all[k].transformed(period));
+      if (high > to + slack) all.push_back(all[k].transformed(period * -1.0));
+    }
+  };
+  reaches(0, box.min.x, box.max.x, lo.x, hi.x, {hi.x - lo.x, 0, 0});
+  reaches(1, box.min.y, box.max.y, lo.y, hi.y, {0, hi.y - lo.y, 0});
+  reaches(2, box.min.z, box.max.z, lo.z, hi.z, {0, 0, hi.z - lo.z});
+  return all.size() == 1 ? shape : Shape::unite(std::move(all));
+}
+
 Result<HeatRegionId> WorldImpl::add_heat_region(const HeatRegionDesc& r) {
   HeatRegionDesc region = r;
   if (region.name.empty()) region.name = core::numbered_name("heat", heat_regions_);
@@ -40,12 +60,13 @@ Result<HeatRegionId> WorldImpl::add_heat_region(const HeatRegionDesc& r) {
   if (Status s = core::validate(region, desc.heat.model); !s) return s.error();
   if (Status s = region.shape.validate(); !s)
     return Error{s.error().code, core::text(what, "shape: ", s.error().message)};
-  const Box box = reachable(region.shape.bounds());
+  const Shape shape = with_images(region.shape);
+  const Box box = reachable(shape.bounds());
   HeatRegionRecord record;
   if (!inverted(box)) {
     if (Status s = check_lattice(box, lattice_origin(), desc.spacing); !s)
       return Error{s.error().code, core::text(what, "shape: ", s.error().message)};
-    record.sites = sample_bits(region.shape, lattice_origin(), desc.spacing, box);
+    record.sites = sample_bits(shape, lattice_origin(), desc.spacing, box);
   }
   if (record.sites.inside.empty())
     return invalid(what, "shape: contains no lattice point ",

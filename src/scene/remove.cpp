@@ -37,6 +37,8 @@ Status WorldImpl::remove_body(BodyId id) {
 void WorldImpl::forget_body(std::uint32_t index) {
   BodyRecord& body = bodies_[index];
   body.gone = true;
+  if (body.held)
+    body.held = body.desc.fixed = false;  // of what limits go by, whenever it would have been let go
   solids_built_ -= body.taken;
   motions_[index].reset();
   proxies_[index].reset();

@@ -592,7 +592,8 @@ void WorldImpl::NewBody::make_record() {
   record_.since = w_.steps;
   if (index_ < w_.bodies_.size()) {
     const BodyRecord& had = w_.bodies_[index_];
-    record_.before = had.before + had.vertices - had.taken;
+    record_.before =
+        had.before + static_cast<std::int64_t>(had.vertices) - static_cast<std::int64_t>(had.taken);
   }
   record_.density = density_;
   record_.watched = proxy();
@@ -666,6 +667,12 @@ bool WorldImpl::NewBody::keeps_regions() {
   make_row();
   put_row(w.bodies_, index_, record_);
   put_row(w.lattice_.bodies, index_, row_);
+  if (again)  // nothing may be of its material any more
+    w.solid_used_[had.desc.material.index] =
+        std::any_of(w.bodies_.begin(), w.bodies_.end(),
+                    [&had](const BodyRecord& b) { return b.desc.material.index == had.desc.material.index; })
+            ? 1
+            : 0;
   w.solid_used_[s_.material.index] = 1;
   w.weigh_materials();
   w.derive_limits();

@@ -111,6 +111,20 @@ TriangleMesh followed_mesh(const SolidDesc& d) {
   return d.motion == Motion::kinematic && d.growth == 0 ? mesh_of(d.shape) : TriangleMesh{};
 }
 
+/// What of a nozzle or an open face no state holds.
+std::uint64_t setting_of(const EmitterRecord& e) {
+  const EmitterDesc& d = e.desc;
+  core::Hash h;
+  for (const double v :
+       {d.radius, d.width, d.height, d.axis.x, d.axis.y, d.axis.z, d.up.x, d.up.y, d.up.z, d.until,
+        double(d.material.index), double(d.max_particles), d.recycle ? 1.0 : 0.0, d.level ? 1.0 : 0.0}) {
+    const double number = v + 0.0;  // -0 is 0
+    h.add(&number, sizeof number);
+  }
+  h.add(e.contents.data(), sizeof e.contents);
+  return h.value();
+}
+
 template <class Reader>
 Status read_body(Reader& r, StoredBody& b) {
   Box bounds;
@@ -120,7 +134,7 @@ Status read_body(Reader& r, StoredBody& b) {
   b.desc.shape = Shape::box(bounds.min, bounds.max);
   if (mesh.indices.empty()) return {};
   b.desc.shape = Shape::mesh(std::move(mesh));
-  return b.desc.shape.validate();
+  return b.desc.shape.validate() ? Status{} : unusable("the mesh of a body is not usable");
 }
 
 }  // namespace
@@ -161,8 +175,13 @@ Result<std::vector<std::uint8_t>> WorldImpl::save() {
     BodyFields<Writing>(to, b, bounds, mesh).each();
   }
   std::vector<std::uint8_t> pipes;  // of nozzles: whether there was room behind them when they came
-  for (const EmitterRecord& e : emitters_) pipes.push_back(e.lead > 0 ? 1 : 0);
+  std::vector<std::uint64_t> settings;
+  for (const EmitterRecord& e : emitters_) {
+    pipes.push_back(e.lead > 0 ? 1 : 0);
+    settings.push_back(setting_of(e));
+  }
   to.array(pipes);
+  to.array(settings);
   to.array(*state);
   core::Hash h;
   h.add(to.w.bytes);
@@ -174,8 +193,9 @@ Result<std::vector<std::uint8_t>> WorldImpl::save() {
 Status WorldImpl::check_loadable() const {
   for (const ProbeRecord& p : probes_)
     if (p.desc.body)
-      return core::invalid("load_saved: probe \"", p.desc.name,
-                           "\" is on a body, which would go; add probes on bodies after load_saved()");
+      return core::invalid(
+          "load_saved: probe \"", p.desc.name,
+          "\" is on a body, which would go; remove() it, and add probes on bodies after load_saved()");
   for (const OpenReading& r : readings_)
     if (r.ticket.value != 0)
       return core::invalid(
@@ -186,7 +206,9 @@ Status WorldImpl::check_loadable() const {
 Status WorldImpl::load_saved(const std::uint8_t* data, std::size_t bytes) {
   if (Status s = check_loadable(); !s) return s;
   if (!core::is_saved_world(data, bytes) || bytes < 28)
-    return unusable("not a saved World (of a snapshot(), restore() makes use)");
+    return unusable(data != nullptr && bytes >= 8 && std::memcmp(data, "MELTSNAP", 8) == 0
+                        ? "this is a snapshot, which restore() takes"
+                        : "not a saved World");
   core::Hash h;
   h.add(data, bytes - 8);
   std::uint64_t checksum = 0, count = 0;
@@ -208,9 +230,16 @@ Status WorldImpl::load_saved(const std::uint8_t* data, std::size_t bytes) {
     b.desc.material.generation = number_;
   }
   std::vector<std::uint8_t> pipes, state;
-  if (!r.array(pipes) || !r.array(state) || r.left() != 0) return unusable("truncated");
+  std::vector<std::uint64_t> settings;
+  if (!r.array(pipes) || !r.array(settings) || !r.array(state) || r.left() != 0) return unusable("truncated");
   if (event_watch_)
     if (Status s = check_touching(event_watch_->kinds, all.size(), "load_saved"); !s) return s;
+  for (std::size_t k = 0; k < emitters_.size() && k < settings.size(); ++k)
+    if (settings[k] != setting_of(emitters_[k]))
+      return core::invalid(
+          "load_saved: emitter \"", emitters_[k].desc.name,
+          "\" has another opening, axis, liquid, end or limit than in the World that was saved; add "
+          "the same emitters in the same order");
   if (Status s = restore_state(state.data(), state.size(), &all); !s)
     return Error{s.error().code, core::text("load_saved: ", s.error().message)};
   for (std::size_t k = 0; k < emitters_.size() && k < pipes.size(); ++k)

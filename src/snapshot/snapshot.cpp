@@ -159,14 +159,16 @@ struct WorldImpl::StoredState {
   std::uint64_t built(const std::vector<BodyRecord>& records) const {
     std::uint64_t sum = 0;
     for (std::size_t b = 0; b < records.size(); ++b)
-      sum += records[b].vertices + before(b) - (gone(b) ? went(b) : 0);
+      sum += records[b].vertices + static_cast<std::uint64_t>(before(b)) - (gone(b) ? went(b) : 0);
     return sum;
   }
   /// taken[b] holds two numbers, so that older snapshots are read.
-  static std::uint64_t pack(const BodyRecord& b) { return b.before << 32u | (b.gone ? b.taken + 1 : 0); }
+  static std::uint64_t pack(const BodyRecord& b) {
+    return static_cast<std::uint64_t>(b.before) << 32u | (b.gone ? b.taken + 1 : 0);
+  }
   bool gone(std::size_t b) const { return (taken[b] & 0xffffffffu) != 0; }
   std::uint64_t went(std::size_t b) const { return (taken[b] & 0xffffffffu) - 1; }
-  std::uint64_t before(std::size_t b) const { return taken[b] >> 32u; }
+  std::int64_t before(std::size_t b) const { return static_cast<std::int32_t>(taken[b] >> 32u); }
 
   /// Visits all parts of a snapshot in its order, until a visit returns false.
   template <class Value, class Array>
@@ -307,8 +309,7 @@ Status WorldImpl::restore_state(const std::uint8_t* data, std::size_t bytes,
   }
   if (Status status = check_same_bodies(stored, s); !status) return status;
   if (Status status = check_stored(stored, s); !status) return status;
-  if (others) others->stay();
-  take_over(stored, std::move(s));
+  take_over(stored, std::move(s), others ? &*others : nullptr);
   return {};
 }
 
@@ -387,7 +388,9 @@ Status WorldImpl::check_same_bodies(const StoredState& stored, const core::Scene
 /// Checks every value to be restored: in range, and consistent with the others and with the scene.
 Status WorldImpl::check_stored(const StoredState& stored, const core::SceneState& s) const {
   for (std::size_t b = 0; b < bodies_.size(); ++b)
-    if ((stored.gone(b) && stored.went(b) > bodies_[b].vertices + s.frozen) || stored.before(b) > s.melted)
+    if ((stored.gone(b) && stored.went(b) > bodies_[b].vertices + s.frozen) ||
+        stored.before(b) > static_cast<std::int64_t>(s.melted) ||
+        -stored.before(b) > static_cast<std::int64_t>(s.frozen))
       return corrupt("a body has lost more than it had");
   for (const BodyRelease& r : stored.releases)
     if (!(r.held_until >= 0) || !(length(r.velocity) <= 1e15) || !finite(r.angular_velocity))
@@ -437,15 +440,22 @@ Status WorldImpl::check_speeds(const StoredState& d) {
   return {};
 }
 
-void WorldImpl::take_over(const StoredState& d, core::SceneState&& s) {
+/// others: bodies that come along; null: the World's. What could be without memory comes first, so that nothing changes then.
+void WorldImpl::take_over(const StoredState& d, core::SceneState&& s, OtherBodies* others) {
   // Of a body without a particle, all of which have melted, no tag says whether it is held: it is until it is due to be let go.
   std::vector<char> held = fixed_in(s), there(bodies_.size(), 0);
   for (const std::uint32_t tag : s.tag)
     if (is_solid(tag) && body_of(tag) != 0u && body_of(tag) <= there.size()) there[body_of(tag) - 1u] = 1;
   for (std::size_t b = 0; b < held.size(); ++b)
     if (there[b] == 0 && d.releases[b].held_until > d.time) held[b] = 1;
+  for (std::size_t b = 0; b < held.size(); ++b)
+    if (d.gone(b)) held[b] = 0;
+  s.forces.assign(bodies_.size(), {});
+  s.events.assign(event_watch_ ? event_watch_->capacity : 0, {});
   collect_samples();
   drop_samples_from(d.time);
+  if (capacity_ != 0) take_sound_work();  // of what is undone
+  if (others != nullptr) others->stay();
   state_ = std::move(s);
   state_.removed =
       static_cast<std::uint64_t>(std::count_if(state_.tag.begin(), state_.tag.end(), is_removed));
@@ -604,7 +614,7 @@ Status WorldImpl::SnapshotCheck::check_particle(std::size_t i) {
   if (physics::temperature_of(rows_[material_of(tag)], s_.enthalpy[i] / s_.mass[i]) <
       -physics::kelvin_offset - 0.001)
     return corrupt("a temperature is below 0 K");
-  if (is_outside(s_.position[i], tag)) return corrupt("a particle is outside the domain");
+  if (is_outside(s_.position[i], tag)) return corrupt("a particle is outside the domain of this World");
   if (is_solid(tag)) {
     ++solid_;
     return check_solid(i);

@@ -136,8 +136,9 @@ void WorldImpl::find_materials() {
     liquid_there_[m] = all.liquid[m] ? 1 : 0;
     if (all.added[m]) added(m);
   }
-  for (const EmitterRecord& e : emitters_) {
-    if (emits(e)) liquid_there_[e.desc.material.index] = 1;
+  for (EmitterRecord& e : emitters_) {
+    e.brings = e.brings || emits(e);
+    if (e.brings) liquid_there_[e.desc.material.index] = 1;
     added(e.desc.material.index);
   }
   for (const BodyRecord& b : bodies_) solid_used_[b.desc.material.index] = 1;
@@ -243,7 +244,7 @@ void WorldImpl::recount(const core::WorldStatus& s) {
   std::uint64_t built = 0;
   for (const BodyRecord& b : bodies_)
     if (leaves_lattice(b.desc.material.index)) built += b.vertices - b.taken;
-  for (const BodyRecord& b : bodies_) built += b.before;
+  for (const BodyRecord& b : bodies_) built += static_cast<std::uint64_t>(b.before);
   census_.meltable = built + s.frozen - melted;
   if (census_.meltable == 0)
     for (std::size_t b = 0; b < bodies_.size(); ++b)

@@ -38,11 +38,12 @@ struct BodyRecord {
   bool proxy() const { return desc.motion == Motion::proxy; }
   bool rigid() const { return desc.motion == Motion::rigid || proxy(); }  ///< moves as a whole
   bool may_deform() const { return desc.motion == Motion::free && (!desc.fixed || held); }
-  bool watched = false;          ///< what acts on it is summed
-  double density = 0;            ///< of its particles [kg/m^3]; a proxy's is not its material's
-  bool gone = false;             ///< the host removed it
-  std::uint64_t taken = 0;       ///< particles that went with it
-  std::uint64_t before = 0;      ///< particles that melted off bodies which had its row before it
+  bool watched = false;     ///< what acts on it is summed
+  double density = 0;       ///< of its particles [kg/m^3]; a proxy's is not its material's
+  bool gone = false;        ///< the host removed it
+  std::uint64_t taken = 0;  ///< particles that went with it
+  std::int64_t before =
+      0;  ///< particles that melted off bodies which had its row before it, less those that froze on
   std::uint32_t generation = 0;  ///< of its handle
   std::uint64_t since = 0;       ///< sub-steps that were taken before it came
   double reach = 0;              ///< of its farthest particle as built, from its centre or the pivot [m]
@@ -81,6 +82,7 @@ struct EmitterRecord {
   bool on = true;
   std::uint64_t skipped = 0;  ///< layers that did not come because it was off, or the domain full
   bool blocked = false;       ///< the last one, because the domain was full
+  bool brings = false;        ///< liquid, or would have: there was something to come, by now or once
   // With a level: `points` are of a face, there are no layers, and of the description center, up, width and height are the opening's.
   int face = -1;
   std::uint32_t first_id = 0, ids = 0;  ///< in reserve
@@ -504,6 +506,7 @@ class WorldImpl final : public Scheduler {
   }
   bool may_be_liquid(std::size_t material) const;
   Box reachable(Box box) const;
+  Shape with_images(const Shape& shape) const;
   core::FieldSet channels_of(core::FactSet facts) const;
   std::string heat_reason() const;
   bool heat_from_outside() const;
@@ -734,7 +737,7 @@ class WorldImpl final : public Scheduler {
   Status check_stored(const StoredState& stored, const core::SceneState& s) const;
   static Status check_speeds(const StoredState& stored);
   Status check_reservoirs(const StoredState& stored, std::uint64_t particles) const;
-  void take_over(const StoredState& stored, core::SceneState&& s);
+  void take_over(const StoredState& stored, core::SceneState&& s, OtherBodies* others);
   void take_over_sound(const StoredState& stored);
   void fit_sound_to_settings(double stored);
   void take_over_bodies(const StoredState& stored, const std::vector<char>& held);

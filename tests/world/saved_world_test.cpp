@@ -293,7 +293,7 @@ TEST(SavedWorld, RefusesWhatDoesNotFitAndChangesNothing) {
   ASSERT_TRUE(bytes);
   const BodyId body = *add(c, b, "another", 0.2);
   step(b.world, 3);
-  expect_refused(b, *a.world.snapshot(), ErrorCode::corrupt_data, "restore()");
+  expect_refused(b, *a.world.snapshot(), ErrorCode::corrupt_data, "a snapshot, which restore() takes");
   const Status other = b.world.restore(bytes->data(), bytes->size());
   ASSERT_FALSE(other);
   EXPECT_NE(other.error().message.find("load_saved()"), std::string::npos) << other.error().message;
@@ -374,6 +374,151 @@ TEST(SavedWorld, ADamagedBodyIsRefusedOrSteps) {
   EXPECT_GT(taken, 100);  // a name, a number that may be another
   const Status loaded = a.world.load_saved(bytes.data(), bytes.size());
   EXPECT_TRUE(loaded) << loaded.error().message;
+}
+
+// More left with it than it was built of: what froze on.
+TEST(SavedWorld, TheRowOfABodyThatGrewAndWentIsLoaded) {
+  MELTSIM_NEEDS_BACKEND();
+  IceScene scene;
+  scene.freezes = true;
+  scene.latent_heat = 5e4;  // the cold of the ice does for a layer of liquid
+  scene.water_temperature = 1;
+  scene.block = 0;
+  Scene a = ice_in_water(describe(), scene);
+  scene.water = false;
+  Scene b = ice_in_water(describe(), scene);
+  SolidDesc cold;
+  cold.material = a.ice;
+  cold.shape = Shape::box({0.6, 0.2, 0.6}, {1.2, 0.8, 1.2});
+  cold.temperature = -200;
+  cold.growth = 2;
+  const BodyId grown = *a.world.add_solid(cold);
+  for (int k = 0; k < 200 && a.world.synchronize().frozen < 5; ++k) step(a.world, 1);
+  ASSERT_GE(a.world.synchronize().frozen, 5u);
+  require(a.world.remove(grown));
+  ASSERT_TRUE(a.world.compact());
+  cold.temperature = -1;
+  cold.growth = 0;
+  EXPECT_EQ(a.world.add_solid(cold)->index, 0u);
+  take(b.world, a.world);
+  expect_same(a.world, b.world);
+  const auto bytes = a.world.snapshot();
+  ASSERT_TRUE(bytes);
+  require(a.world.restore(bytes->data(), bytes->size()));
+  for (Scene* s : {&a, &b}) step(s->world, 5);
+  expect_same(a.world, b.world);
+}
+
+// A material whose only body has gone, one that was held when it went, a nozzle that never gave anything: limits of sub-steps are those
+// of the World that goes on, whether bodies were added in place or not.
+TEST(SavedWorld, WhatIsGoneCountsAsInTheWorldThatGoesOn) {
+  MELTSIM_NEEDS_BACKEND();
+  for (const std::uint64_t reserved : {0u, 3000u}) {
+    SCOPED_TRACE(reserved);
+    std::vector<World> worlds;
+    for (int k = 0; k < 2; ++k) {
+      WorldDesc d = describe();
+      d.spacing = 0.1;
+      d.domain.bounded = true;
+      d.domain.max = {1.2, 2.4, 1.2};
+      d.heat.time_scale = 3e4;
+      d.density_error = 0.05;
+      d.reserved_particles = reserved;
+      World w = std::move(*World::create(d));
+      MaterialDesc m;
+      const MaterialId water = *w.add_material(m);
+      m.name = "metal";
+      m.conductivity = 300;
+      m.density = 1500;
+      const MaterialId metal = *w.add_material(m);
+      m.name = "rock";
+      m.conductivity = 1;
+      require(w.add_material(m));
+      m.name = "oil";
+      m.density = 800;
+      m.viscosity = 5;
+      const MaterialId oil = *w.add_material(m);
+      EmitterDesc e;
+      e.material = oil;
+      e.center = {0.6, 2, 0.6};
+      e.radius = 0.15;
+      e.until = 0.05;
+      const EmitterId tap = *w.add_emitter(e);
+      if (k == 0) {
+        EmitterSetting off;
+        off.on = false;
+        require(w.set_emitter(tap, off));
+        FluidDesc f;
+        f.material = water;
+        f.shape = Shape::box({0, 0, 0}, {1.2, 0.3, 1.2});
+        f.temperature = 60;
+        require(w.add_fluid(f));
+        SolidDesc s;
+        s.name = "soft";
+        s.material = metal;
+        s.shape = Shape::box({0.1, 0.4, 0.1}, {0.4, 0.7, 0.4});
+        const BodyId gone = *w.add_solid(s);
+        s.name = "held";
+        s.material.index = 2;
+        s.held_until = 0.08;
+        s.shape = Shape::box({0.7, 0.4, 0.7}, {1.0, 2.2, 1.0});
+        const BodyId held = *w.add_solid(s);
+        step(w, 5);
+        require(w.remove(gone));
+        require(w.remove(held));
+        ASSERT_TRUE(w.compact());
+        step(w, 1);
+        s.name = "new";
+        s.held_until = 0;
+        s.shape = Shape::box({0.1, 0.8, 0.1}, {0.4, 1.1, 0.4});
+        EXPECT_EQ(w.add_solid(s)->index, 0u);
+        step(w, 5);
+      }
+      worlds.push_back(std::move(w));
+    }
+    take(worlds[1], worlds[0]);
+    expect_same(worlds[0], worlds[1]);
+    EXPECT_EQ(worlds[0].resolved().heat_stages, worlds[1].resolved().heat_stages);
+    for (World& w : worlds) step(w, 5);
+    expect_same(worlds[0], worlds[1]);
+  }
+}
+
+TEST(SavedWorld, RefusesOtherEmitters) {
+  MELTSIM_NEEDS_BACKEND();
+  const auto with = [](const std::function<void(EmitterDesc&)>& change) {
+    WorldDesc d = describe();
+    d.spacing = 0.1;
+    Scene s{*World::create(d), {}, {}};
+    EmitterDesc e;
+    e.name = "tap";
+    e.material = *s.world.add_material({});
+    e.radius = 0.2;
+    e.until = 1;
+    change(e);
+    require(s.world.add_emitter(e));
+    step(s.world, 1);
+    return s;
+  };
+  const auto bytes = with([](EmitterDesc&) {}).world.save();
+  ASSERT_TRUE(bytes);
+  const std::vector<std::function<void(EmitterDesc&)>> others = {
+      [](EmitterDesc& e) { e.radius = 0.3; },
+      [](EmitterDesc& e) {
+        e.axis = {1, -1, 0};
+      },
+      [](EmitterDesc& e) { e.until = 2; }, [](EmitterDesc& e) { e.max_particles = 1000; }};
+  for (const auto& change : others) {
+    Scene s = with(change);
+    expect_refused(s, *bytes, ErrorCode::invalid_argument, "emitter \"tap\"");
+  }
+  // Where it is, how fast and how warm, is part of the state.
+  Scene same = with([](EmitterDesc& e) {
+    e.center = {1, 1, 1};
+    e.speed = 2;
+    e.temperature = 50;
+  });
+  require(same.world.load_saved(bytes->data(), bytes->size()));
 }
 
 }  // namespace
