@@ -125,6 +125,25 @@ std::uint64_t setting_of(const EmitterRecord& e) {
   return h.value();
 }
 
+/// Whether bytes are a saved World, of this version and as they were written.
+Status check_whole(const std::uint8_t* data, std::size_t bytes) {
+  if (!core::is_saved_world(data, bytes) || bytes < 28)
+    return unusable(data != nullptr && bytes >= 8 && std::memcmp(data, "MELTSNAP", 8) == 0
+                        ? "this is a snapshot, which restore() takes"
+                        : "not a saved World");
+  std::uint32_t version = 0;
+  std::memcpy(&version, data + 8, sizeof version);
+  if (version != saved_format)
+    return Error{ErrorCode::version_mismatch,
+                 core::text("load_saved: format version ", version, ", this library reads ", saved_format,
+                            "; save it again with this version")};
+  core::Hash h;
+  h.add(data, bytes - 8);
+  std::uint64_t checksum = 0;
+  std::memcpy(&checksum, data + bytes - 8, sizeof checksum);
+  return checksum == h.value() ? Status{} : unusable("checksum does not match: truncated or changed");
+}
+
 template <class Reader>
 Status read_body(Reader& r, StoredBody& b) {
   Box bounds;
@@ -205,22 +224,9 @@ Status WorldImpl::check_loadable() const {
 
 Status WorldImpl::load_saved(const std::uint8_t* data, std::size_t bytes) {
   if (Status s = check_loadable(); !s) return s;
-  if (!core::is_saved_world(data, bytes) || bytes < 28)
-    return unusable(data != nullptr && bytes >= 8 && std::memcmp(data, "MELTSNAP", 8) == 0
-                        ? "this is a snapshot, which restore() takes"
-                        : "not a saved World");
-  core::Hash h;
-  h.add(data, bytes - 8);
-  std::uint64_t checksum = 0, count = 0;
-  std::memcpy(&checksum, data + bytes - 8, 8);
-  std::uint32_t version = 0;
-  core::Reader r(data + 8, bytes - 16);
-  if (!r.value(version)) return unusable("truncated");
-  if (version != saved_format)
-    return Error{ErrorCode::version_mismatch,
-                 core::text("load_saved: format version ", version, ", this library reads ", saved_format,
-                            "; save it again with this version")};
-  if (checksum != h.value()) return unusable("checksum does not match: truncated or changed");
+  if (Status s = check_whole(data, bytes); !s) return s;
+  std::uint64_t count = 0;
+  core::Reader r(data + 12, bytes - 20);
   if (!r.value(count) || count > 65535) return unusable("the number of bodies is not usable");
   std::vector<StoredBody> all(static_cast<std::size_t>(count));
   std::vector<char> there(all.size(), 0);

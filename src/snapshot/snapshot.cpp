@@ -440,16 +440,22 @@ Status WorldImpl::check_speeds(const StoredState& d) {
   return {};
 }
 
-/// others: bodies that come along; null: the World's. What could be without memory comes first, so that nothing changes then.
-void WorldImpl::take_over(const StoredState& d, core::SceneState&& s, OtherBodies* others) {
+/// Which bodies are held in a snapshot.
+std::vector<char> WorldImpl::held_in(const StoredState& d, const core::SceneState& s) const {
   // Of a body without a particle, all of which have melted, no tag says whether it is held: it is until it is due to be let go.
   std::vector<char> held = fixed_in(s), there(bodies_.size(), 0);
   for (const std::uint32_t tag : s.tag)
     if (is_solid(tag) && body_of(tag) != 0u && body_of(tag) <= there.size()) there[body_of(tag) - 1u] = 1;
-  for (std::size_t b = 0; b < held.size(); ++b)
+  for (std::size_t b = 0; b < held.size(); ++b) {
     if (there[b] == 0 && d.releases[b].held_until > d.time) held[b] = 1;
-  for (std::size_t b = 0; b < held.size(); ++b)
     if (d.gone(b)) held[b] = 0;
+  }
+  return held;
+}
+
+/// others: bodies that come along; null: the World's. What could be without memory comes first, so that nothing changes then.
+void WorldImpl::take_over(const StoredState& d, core::SceneState&& s, OtherBodies* others) {
+  const std::vector<char> held = held_in(d, s);
   s.forces.assign(bodies_.size(), {});
   s.events.assign(event_watch_ ? event_watch_->capacity : 0, {});
   collect_samples();

@@ -738,6 +738,7 @@ class WorldImpl final : public Scheduler {
   static Status check_speeds(const StoredState& stored);
   Status check_reservoirs(const StoredState& stored, std::uint64_t particles) const;
   void take_over(const StoredState& stored, core::SceneState&& s, OtherBodies* others);
+  std::vector<char> held_in(const StoredState& stored, const core::SceneState& s) const;
   void take_over_sound(const StoredState& stored);
   void fit_sound_to_settings(double stored);
   void take_over_bodies(const StoredState& stored, const std::vector<char>& held);
