@@ -141,6 +141,9 @@ MELTSIM_HD Vec3<double> nearest_image(Vec3<double> d, Vec3<double> near, Vec3<do
           nearest_image(d.z, near.z, period.z)};
 }
 
+/// Within 0.4 periods as built a vertex is in the nearest image, however its piece is turned and strained: squared.
+inline constexpr double square_of_near = 0.16;
+
 /// Position of a vertex relative to another of its piece, of which d is one image [m]: a piece may be longer than half a period. Meant is the
 /// image nearest to where the lattice as built has it, turned by what turn(vertex) says, in the mean of both. Of a piece that reaches around
 /// an axis, d there.
@@ -151,13 +154,17 @@ MELTSIM_HD Vec3<double> offset_in_piece(const Frame<T>& w, Vec3<double> d, std::
   const std::uint32_t body = w.f.vertex_body[v];
   const Vec3<double> q =
       (steps_in_box(w, v, body) - steps_in_box(w, from, body)) * static_cast<double>(w.c.spacing);
+  const Vec3<double> period = cast<double>(w.grid.period);
+  const auto reach = [](double p) { return p > 0 ? p : 1e300; };  // 0: not periodic
+  const double least = minimum(minimum(reach(period.x), reach(period.y)), reach(period.z));
+  if (dot(q, q) < square_of_near * least * least) return d;
   const auto turned = [&](std::uint64_t vertex) {
     const Quat<T> r = turn(vertex);
     return rotate(Quat<double>{static_cast<double>(r.w), static_cast<double>(r.x), static_cast<double>(r.y),
                                static_cast<double>(r.z)},
                   q);
   };
-  const Vec3<double> image = nearest_image(d, (turned(v) + turned(from)) * 0.5, cast<double>(w.grid.period));
+  const Vec3<double> image = nearest_image(d, (turned(v) + turned(from)) * 0.5, period);
   const std::uint32_t* around = w.f.bodies[body].around;
   return {around[0] != 0u ? d.x : image.x, around[1] != 0u ? d.y : image.y, around[2] != 0u ? d.z : image.z};
 }

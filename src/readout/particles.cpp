@@ -234,5 +234,21 @@ Result<LatticeData> WorldImpl::lattice() {
   return d;
 }
 
+std::vector<BodyInfo> WorldImpl::bodies() const {
+  std::vector<BodyInfo> all;
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    const BodyRecord& body = bodies_[b];
+    if (body.gone) continue;
+    BodyInfo info;
+    info.body = id_of(b);
+    info.name = body.desc.name;
+    info.material = {body.desc.material.index, number_};
+    info.motion = body.desc.motion;
+    info.held = body.held;
+    all.push_back(std::move(info));
+  }
+  return all;
+}
+
 }  // namespace v0
 }  // namespace meltsim

@@ -81,9 +81,11 @@ class Reader {
   std::size_t left_;
 };
 
+/// What a snapshot and a saved World begin with, by which one is told that was given in place of the other.
+inline constexpr char snapshot_magic[8] = {'M', 'E', 'L', 'T', 'S', 'N', 'A', 'P'};
 inline constexpr char saved_world_magic[8] = {'M', 'E', 'L', 'T', 'S', 'A', 'V', 'E'};
-inline bool is_saved_world(const std::uint8_t* data, std::size_t bytes) {
-  return data != nullptr && bytes >= 8 && std::memcmp(data, saved_world_magic, 8) == 0;
+inline bool begins_with(const char (&magic)[8], const std::uint8_t* data, std::size_t bytes) {
+  return data != nullptr && bytes >= sizeof magic && std::memcmp(data, magic, sizeof magic) == 0;
 }
 
 }  // namespace core

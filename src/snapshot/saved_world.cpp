@@ -127,8 +127,8 @@ std::uint64_t setting_of(const EmitterRecord& e) {
 
 /// Whether bytes are a saved World, of this version and as they were written.
 Status check_whole(const std::uint8_t* data, std::size_t bytes) {
-  if (!core::is_saved_world(data, bytes) || bytes < 28)
-    return unusable(data != nullptr && bytes >= 8 && std::memcmp(data, "MELTSNAP", 8) == 0
+  if (bytes < 28 || !core::begins_with(core::saved_world_magic, data, bytes))
+    return unusable(core::begins_with(core::snapshot_magic, data, bytes)
                         ? "this is a snapshot, which restore() takes"
                         : "not a saved World");
   std::uint32_t version = 0;
@@ -251,22 +251,6 @@ Status WorldImpl::load_saved(const std::uint8_t* data, std::size_t bytes) {
   for (std::size_t k = 0; k < emitters_.size() && k < pipes.size(); ++k)
     emitters_[k].lead = pipes[k] != 0 ? emitters_[k].held_layers * emitters_[k].layer_distance : 0;
   return {};
-}
-
-std::vector<BodyInfo> WorldImpl::bodies() const {
-  std::vector<BodyInfo> all;
-  for (std::size_t b = 0; b < bodies_.size(); ++b) {
-    const BodyRecord& body = bodies_[b];
-    if (body.gone) continue;
-    BodyInfo info;
-    info.body = id_of(b);
-    info.name = body.desc.name;
-    info.material = {body.desc.material.index, number_};
-    info.motion = body.desc.motion;
-    info.held = body.held;
-    all.push_back(std::move(info));
-  }
-  return all;
 }
 
 }  // namespace v0

@@ -25,7 +25,6 @@ using core::hash_text;
 
 namespace {
 
-constexpr char magic[8] = {'M', 'E', 'L', 'T', 'S', 'N', 'A', 'P'};
 // 14: liquid that comes in through faces; 13: how long bodies are held; 12: work of force fields; 11: bodies that deform; 10: heat that is owed; 9: contents of species; 8: settings of emitters,
 // bodies that were removed, the box that the sound speed is derived from; 7: motions of bodies; 6: liquid that a nozzle
 // holds; 5: whether heat flows; 4: materials, what the sound speed is derived from, strays; layers of nozzles follow from
@@ -240,7 +239,7 @@ Result<std::vector<std::uint8_t>> WorldImpl::snapshot() {
   take_sound_work();
   StoredState stored = stored_state();
   core::Writer w;
-  w.bytes.insert(w.bytes.end(), magic, magic + 8);
+  w.bytes.insert(w.bytes.end(), std::begin(core::snapshot_magic), std::end(core::snapshot_magic));
   w.value(format_version);
   stored.each(
       state_,
@@ -315,9 +314,10 @@ Status WorldImpl::restore_state(const std::uint8_t* data, std::size_t bytes,
 
 Status WorldImpl::read_snapshot(const std::uint8_t* data, std::size_t bytes, StoredState& stored,
                                 core::SceneState& s) {
-  if (data == nullptr || bytes < 24 || std::memcmp(data, magic, 8) != 0)
-    return corrupt(core::is_saved_world(data, bytes) ? "this is a saved World, which load_saved() takes"
-                                                     : "not a meltsim snapshot");
+  if (bytes < 24 || !core::begins_with(core::snapshot_magic, data, bytes))
+    return corrupt(core::begins_with(core::saved_world_magic, data, bytes)
+                       ? "this is a saved World, which load_saved() takes"
+                       : "not a meltsim snapshot");
   Hash h;
   h.add(data, bytes - 8);
   std::uint64_t checksum = 0;

@@ -235,6 +235,7 @@ class WorldImpl final : public Scheduler {
   Result<RenderView> render_view(const RenderDesc& d);
   Result<std::vector<PieceInfo>> pieces();
   Result<LatticeData> lattice();
+  std::vector<BodyInfo> bodies() const;
   // readout/requests.cpp
   Result<ReadTicket> request(const ReadRequest& what);
   Result<bool> ready(ReadTicket ticket);
@@ -267,7 +268,6 @@ class WorldImpl final : public Scheduler {
   // snapshot/saved_world.cpp
   Result<std::vector<std::uint8_t>> save();
   Status load_saved(const std::uint8_t* data, std::size_t bytes);
-  std::vector<BodyInfo> bodies() const;
   // world/plan.cpp
   Plan plan();
   Status insert_after(const std::string& after, CustomStage stage) override;

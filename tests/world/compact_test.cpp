@@ -8,20 +8,14 @@
 #include <tuple>
 #include <vector>
 
-#include "scenes.hpp"
+#include "body_cases.hpp"
 
 namespace meltsim_test {
 namespace {
 
-struct Case {
-  const char* name;
-  std::function<void(WorldDesc&, IceScene&)> change;
-  std::function<void(SolidDesc&)> body;
-};
-
-const std::vector<Case>& cases() {
+const std::vector<BodyCase>& cases() {
   const auto nothing = [](WorldDesc&, IceScene&) {};
-  static const std::vector<Case> all = {
+  static const std::vector<BodyCase> all = {
       {"melting", nothing, [](SolidDesc&) {}},
       {"double", [](WorldDesc& d, IceScene&) { d.precision = Precision::double_precision; },
        [](SolidDesc&) {}},
@@ -42,25 +36,6 @@ const std::vector<Case>& cases() {
        }},
   };
   return all;
-}
-
-/// A tank with ice above water, and room for more.
-Scene make(const Case& c) {
-  WorldDesc d = describe();
-  IceScene s;
-  d.reserved_particles = 600;
-  c.change(d, s);
-  return ice_in_water(d, s);
-}
-
-Result<BodyId> add(const Case& c, Scene& s, const char* name, double x, double z = 0.2, int sites = 3) {
-  SolidDesc d;
-  d.name = name;
-  d.material = s.ice;
-  d.shape = Shape::box({x, 1.2, z}, {x + 0.6, 1.2 + 0.2 * sites, z + 0.2 * sites});
-  d.temperature = -5;
-  c.body(d);
-  return s.world.add_solid(d);
 }
 
 void step(Scene& s, int n) {
@@ -104,7 +79,7 @@ void expect_same(World& a, World& b, const std::vector<std::uint32_t>& was) {
 
 TEST(Compact, ClosesUpIdsAndChangesNothingElse) {
   MELTSIM_NEEDS_BACKEND();
-  for (const Case& c : cases()) {
+  for (const BodyCase& c : cases()) {
     SCOPED_TRACE(c.name);
     Scene a = make(c), b = make(c);
     BodyId left[2], right[2];
@@ -256,7 +231,7 @@ TEST(Compact, WhatANozzleHasInReserveStays) {
 // Of one that melted in part: its row counts what melted off it, for the next body, too.
 TEST(Compact, ASnapshotFitsAWorldThatForgotTheSame) {
   MELTSIM_NEEDS_BACKEND();
-  const Case& c = cases().front();
+  const BodyCase& c = cases().front();
   Scene a = make(c), b = make(c), other = make(c);
   for (Scene* s : {&a, &b}) {
     const BodyId gone = *add(c, *s, "gone", 0.2);
@@ -290,7 +265,7 @@ TEST(Compact, ASnapshotFitsAWorldThatForgotTheSame) {
 // What the host may still ask about a body that is forgotten must not be answered with the one in its row.
 TEST(Compact, ARowThatTheHostMayAskAboutIsNotTaken) {
   MELTSIM_NEEDS_BACKEND();
-  const Case& c = cases().front();
+  const BodyCase& c = cases().front();
   Scene s = make(c);
   require(s.world.watch_events());
   const BodyId first = *add(c, s, "first", 0.2), watched = *add(c, s, "watched", 1.6);

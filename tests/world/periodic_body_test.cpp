@@ -187,6 +187,7 @@ TEST(PeriodicBody, OneLongerThanHalfAPeriodSpinsAsOneThatIsShorter) {
       for (int k = 0; k < 40 && motion == Motion::kinematic; ++k) require(w.step(0.025));
       const auto end = w.pieces();
       ASSERT_TRUE(end);
+      // Half a radian, as well as the sum of a thousand rounded rotations has it.
       EXPECT_NEAR(end->front().orientation.w, std::cos(0.5), 1e-3);
       EXPECT_NEAR(end->front().orientation.y, std::sin(0.5), 1e-3);
       EXPECT_NEAR(end->front().angular_velocity.y, 1, 1e-3);

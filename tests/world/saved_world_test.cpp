@@ -7,16 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "scenes.hpp"
+#include "body_cases.hpp"
 
 namespace meltsim_test {
 namespace {
-
-struct Case {
-  const char* name;
-  std::function<void(WorldDesc&, IceScene&)> change;
-  std::function<void(SolidDesc&)> body;
-};
 
 /// A cube of 0.6 m as a mesh.
 TriangleMesh cube_mesh(Vec3d low) {
@@ -29,9 +23,9 @@ TriangleMesh cube_mesh(Vec3d low) {
   return m;
 }
 
-const std::vector<Case>& cases() {
+const std::vector<BodyCase>& cases() {
   const auto nothing = [](WorldDesc&, IceScene&) {};
-  static const std::vector<Case> all = {
+  static const std::vector<BodyCase> all = {
       {"melting", nothing, [](SolidDesc&) {}},
       {"double", [](WorldDesc& d, IceScene&) { d.precision = Precision::double_precision; },
        [](SolidDesc&) {}},
@@ -75,37 +69,13 @@ const std::vector<Case>& cases() {
   return all;
 }
 
-IceScene scene_of(const Case& c, WorldDesc& d) {
-  IceScene s;
-  d.reserved_particles = 600;
-  c.change(d, s);
-  return s;
-}
-
-/// A tank with ice above water.
-Scene make(const Case& c) {
-  WorldDesc d = describe();
-  const IceScene s = scene_of(c, d);
-  return ice_in_water(d, s);
-}
-
-/// The same without anything in it but its materials.
-Scene make_empty(const Case& c) {
+/// make() without anything in it but its materials.
+Scene make_empty(const BodyCase& c) {
   WorldDesc d = describe();
   IceScene s = scene_of(c, d);
   s.water = false;
   s.block = 0;
   return ice_in_water(d, s);
-}
-
-Result<BodyId> add(const Case& c, Scene& s, const char* name, double x, double z = 0.2, int sites = 3) {
-  SolidDesc d;
-  d.name = name;
-  d.material = s.ice;
-  d.shape = Shape::box({x, 1.2, z}, {x + 0.6, 1.2 + 0.2 * sites, z + 0.2 * sites});
-  d.temperature = -5;
-  c.body(d);
-  return s.world.add_solid(d);
 }
 
 void step(World& w, int n) {
@@ -164,7 +134,7 @@ void take(World& to, World& from) {
 // Bodies that came, went and were forgotten, and one in the row of another: a World without any of them takes it, and one with others.
 TEST(SavedWorld, GoesOnInAWorldWithOtherBodies) {
   MELTSIM_NEEDS_BACKEND();
-  for (const Case& c : cases()) {
+  for (const BodyCase& c : cases()) {
     SCOPED_TRACE(c.name);
     Scene a = make(c), other = make(c), empty = make_empty(c);
     const BodyId first = *add(c, a, "first", 0.2);
@@ -286,7 +256,7 @@ void expect_refused(Scene& s, const std::vector<std::uint8_t>& bytes, ErrorCode 
 
 TEST(SavedWorld, RefusesWhatDoesNotFitAndChangesNothing) {
   MELTSIM_NEEDS_BACKEND();
-  const Case& c = cases().front();
+  const BodyCase& c = cases().front();
   Scene a = make(c), b = make(c);
   step(a.world, 3);
   const auto bytes = a.world.save();
@@ -345,7 +315,7 @@ void sign(std::vector<std::uint8_t>& bytes) {
 // 0, 0x7f, 0x80 and 0xff; of their sites and of the state only some, since there are many alike.
 TEST(SavedWorld, ADamagedBodyIsRefusedOrSteps) {
   MELTSIM_NEEDS_BACKEND();
-  const Case& c = cases().back();
+  const BodyCase& c = cases().back();
   WorldDesc d = describe();
   IceScene scene = scene_of(c, d);
   scene.water = false;
