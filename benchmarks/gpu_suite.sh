@@ -222,7 +222,7 @@ part benchmarks 240 benchmarks
 part profile 180 profile
 part whole 180 whole
 part melting 120 melting
-part reproducible 150 reproducible
+part reproducible 450 reproducible
 part initcheck 45 sanitizer initcheck
 part synccheck 45 sanitizer synccheck
 
