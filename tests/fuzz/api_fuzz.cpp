@@ -5,6 +5,7 @@
 //
 //   meltsim_api_fuzz --cases 800 --backend cpu
 //   meltsim_api_fuzz --first 4711 --cases 1 --trace 1     # one case again, with its calls
+//   meltsim_api_fuzz --cases 800 --threads 1 --states FILE   # a line of hashes after every call, to be compared with another run's
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -38,6 +39,7 @@ class Sequence {
  public:
   Sequence(std::uint64_t item, const Settings& settings, fuzz::Progress& progress)
       : random_(static_cast<std::uint32_t>(item * 2654435761u + 17u)),
+        item_(item),
         reserved_(item % 3 == 0 ? 0 : item % 300),
         settings_(settings),
         progress_(progress),
@@ -48,8 +50,12 @@ class Sequence {
       create();
       if (!world_) return {};
       const int calls = 6 + static_cast<int>(random_.below(30));
-      for (int k = 0; k < calls; ++k) any_call();
+      for (int k = 0; k < calls; ++k) {
+        any_call();
+        say_state();
+      }
       step_some();
+      say_state();
       close();
       return {};
     } catch (const Violation& v) {
@@ -177,6 +183,7 @@ class Sequence {
     d.domain.max = or_extreme(d.domain.max, 0.02);
     d.domain.velocity[0] = or_extreme(d.domain.velocity[0], 0.02);
     if (wild_ && chance(0.03)) d.threads = pick({-1, 100000, 1 << 30});
+    if (settings_.threads > 0 && d.threads > 0) d.threads = settings_.threads;
     if (wild_ && chance(0.02)) d.heat.max_stages = pick({0, 1, 2, 1024, 1 << 30});
     if (wild_ && chance(0.02)) d.max_substeps = pick({0, 1, 1 << 30});
     note("create dx ", d.spacing, d.domain.bounded ? " bounded " : " unbounded ", size_.x / dx_, "x",
@@ -1196,8 +1203,9 @@ class Sequence {
   /// A step that may end early is repeated to the bit by as many sub-steps from the same state.
   void step_by_budget() {
     if (halted_) return;
-    const double dt = or_extreme(some_step() * pick({1.0, 3.0, 8.0}), 0.03),
-                 budget = or_extreme(pick({1e-6, 0.2, 2.0, infinity}), 0.03);
+    const double dt = or_extreme(some_step() * pick({1.0, 3.0, 8.0}), 0.03);
+    double budget = or_extreme(pick({1e-6, 0.2, 2.0, infinity}), 0.03);
+    if (settings_.states != nullptr) budget = infinity;  // what fits into less depends on the machine
     note("step_within ", dt, " s, ", budget, " ms");
     const auto bytes = world_->snapshot();
     const bool saves = chance(0.5) && world_->save_state(15);
@@ -1374,6 +1382,51 @@ class Sequence {
       expect(s || wild_, "prepare failed: " + (s ? "" : s.error().message));
     }
   }
+  /// A line on everything that a host can see, for another run of the case.
+  void say_state() {
+    if (settings_.states == nullptr || halted_) return;
+    const StepResult r = world_->synchronize();
+    const auto hash = world_->state_hash();
+    const auto p = world_->particles();
+    const auto t = world_->totals();
+    const auto pieces = world_->pieces();
+    if (!hash || !p || !t || !pieces) return;
+    std::string line =
+        text(item_, " ", std::strtok(std::string(progress_.what).data(), " "), " steps ", r.steps);
+    const auto add = [&](const char* name, const void* data, std::size_t bytes) {
+      std::uint64_t h = 1469598103934665603u;  // FNV-1a
+      for (std::size_t k = 0; k < bytes; ++k)
+        h = (h ^ static_cast<const std::uint8_t*>(data)[k]) * 1099511628211u;
+      line += text(" ", name, " ", std::hex, h);
+    };
+    const auto all = [&](const char* name, const auto& values) {
+      add(name, values.data(), values.size() * sizeof(values[0]));
+    };
+    const double stable = world_->stable_dt();
+    add("state", &*hash, sizeof *hash);
+    add("time", &r.time, sizeof r.time);
+    add("stable_dt", &stable, sizeof stable);
+    all("id", p->id);
+    all("position", p->position);
+    all("velocity", p->velocity);
+    all("enthalpy", p->enthalpy);
+    all("density", p->density);
+    all("pressure", p->pressure);
+    all("tag", p->tag);
+    all("piece", p->piece);
+    for (const auto& w : p->fractions) all("fraction", w);
+    for (const PieceInfo& q : *pieces) {
+      const double said[] = {q.mass,         q.center.x,         q.center.y,           q.center.z,
+                             q.velocity.x,   q.orientation.w,    q.angular_velocity.x, q.inertia.m[0][0],
+                             q.bounds.min.x, q.temperature_mean, q.submerged_fraction};
+      add("piece", said, sizeof said);
+    }
+    const double sums[] = {t->mass,    t->kinetic,    t->potential, t->thermal,
+                           t->heat_in, t->momentum.x, t->max_speed, t->density_error_max};
+    add("totals", sums, sizeof sums);
+    std::fprintf(settings_.states, "%s\n", line.c_str());
+    std::fflush(settings_.states);
+  }
   void close() {
     synchronize();
     if (halted_) return;
@@ -1382,6 +1435,7 @@ class Sequence {
   }
 
   Random random_;
+  const std::uint64_t item_;
   const std::uint64_t reserved_;  ///< room for liquid that is added later
   const Settings& settings_;
   fuzz::Progress& progress_;
