@@ -142,7 +142,9 @@ struct BodyMotionRow {
 
 /// An impulse on a body, between sub-steps.
 struct PushRow {
-  physics::MassSums sums;
+  MassReach reach;
+  SumUnits units;
+  MassCounts counts;
   physics::RigidPush push;
 };
 

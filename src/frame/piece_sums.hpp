@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "meltsim/physics/math.hpp"
+#include "meltsim/physics/rigid_push.hpp"
 #include "meltsim/physics/shape_matching.hpp"
 
 namespace meltsim {
@@ -40,6 +41,21 @@ MELTSIM_HD SumUnits sum_units(double mass, double momentum, double spin, double 
   return {unit(mass), unit(momentum), unit(spin), unit(first), unit(second)};
 }
 
+/// Values far beyond the range of a sum are limited to that of an integer; the World then halts anyway.
+MELTSIM_HD std::int64_t counted(double value, const SumUnit& unit) {
+  constexpr double most = 4e18;
+  return static_cast<std::int64_t>(std::rint(clamp(value * unit.per, -most, most)));
+}
+MELTSIM_HD void count(Vec3<double> value, const SumUnit& unit, std::int64_t (&to)[3]) {
+  to[0] = counted(value.x, unit);
+  to[1] = counted(value.y, unit);
+  to[2] = counted(value.z, unit);
+}
+MELTSIM_HD Vec3<double> sum_of(const std::int64_t (&n)[3], const SumUnit& unit) {
+  return {static_cast<double>(n[0]) * unit.size, static_cast<double>(n[1]) * unit.size,
+          static_cast<double>(n[2]) * unit.size};
+}
+
 MELTSIM_HD physics::RigidResidual residual_of(const PieceSums& s, const SumUnits& q) {
   physics::RigidResidual r;
   const auto d = [](std::int64_t n, const SumUnit& unit) { return static_cast<double>(n) * unit.size; };
@@ -57,6 +73,46 @@ MELTSIM_HD physics::RigidResidual residual_of(const PieceSums& s, const SumUnits
   r.second.m[0][1] = r.second.m[1][0] = xy;
   return r;
 }
+
+/// What physics::MassSums of a body may come to: units of its sums follow from it.
+struct MassReach {
+  double mass = 0, distance2 = 0;  ///< the largest of a particle [kg], and of u^2 [m^2]
+  std::uint64_t count = 0;
+  MELTSIM_HD static MassReach combine(MassReach a, const MassReach& b) {
+    a.mass = maximum(a.mass, b.mass);
+    a.distance2 = maximum(a.distance2, b.distance2);
+    a.count += b.count;
+    return a;
+  }
+  MELTSIM_HD SumUnits units() const {
+    const double m = mass * static_cast<double>(count) * 0x1p-61, u = std::sqrt(distance2);
+    return sum_units(m, 0, 0, m * u, m * u * u);
+  }
+};
+
+/// physics::MassSums as integers.
+struct MassCounts {
+  std::int64_t mass = 0, first[3] = {}, second[6] = {};  ///< xx, yy, zz, yz, zx, xy
+  MELTSIM_HD void count(const SumUnits& units, double m, Vec3<double> u) {
+    mass = counted(m, units.mass);
+    core::count(u * m, units.first, first);
+    const double squares[6] = {u.x * u.x, u.y * u.y, u.z * u.z, u.y * u.z, u.z * u.x, u.x * u.y};
+    for (int k = 0; k < 6; ++k) second[k] = counted(squares[k] * m, units.second);
+  }
+  MELTSIM_HD static MassCounts combine(MassCounts a, const MassCounts& b) {
+    a.mass += b.mass;
+    for (int k = 0; k < 3; ++k) a.first[k] += b.first[k];
+    for (int k = 0; k < 6; ++k) a.second[k] += b.second[k];
+    return a;
+  }
+  MELTSIM_HD physics::MassSums sums(const SumUnits& units) const {
+    const auto part = [&](int k) { return static_cast<double>(second[k]) * units.second.size; };
+    Sym3<double> squares;
+    squares.diagonal = {part(0), part(1), part(2)};
+    squares.mixed = {part(3), part(4), part(5)};
+    return {static_cast<double>(mass) * units.mass.size, sum_of(first, units.first), to_matrix(squares)};
+  }
+};
 
 }  // namespace core
 }  // namespace v0

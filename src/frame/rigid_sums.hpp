@@ -21,21 +21,6 @@ struct RigidSums {
 };
 static_assert(sizeof(RigidSums) == RigidSums::words * sizeof(std::int64_t));
 
-/// Values far beyond the range of a sum are limited to that of an integer; the World then halts anyway.
-MELTSIM_HD std::int64_t counted(double value, const SumUnit& unit) {
-  constexpr double most = 4e18;
-  return static_cast<std::int64_t>(std::rint(clamp(value * unit.per, -most, most)));
-}
-MELTSIM_HD void count(Vec3<double> value, const SumUnit& unit, std::int64_t (&to)[3]) {
-  to[0] = counted(value.x, unit);
-  to[1] = counted(value.y, unit);
-  to[2] = counted(value.z, unit);
-}
-MELTSIM_HD Vec3<double> sum_of(const std::int64_t (&n)[3], const SumUnit& unit) {
-  return {static_cast<double>(n[0]) * unit.size, static_cast<double>(n[1]) * unit.size,
-          static_cast<double>(n[2]) * unit.size};
-}
-
 /// One particle: mass m, u, q, v and v' as in physics/rigid_piece.hpp.
 MELTSIM_HD void count_particle(RigidSums& s, const SumUnits& units, double m, Vec3<double> u, Vec3<double> q,
                                Vec3<double> v, Vec3<double> kicked) {

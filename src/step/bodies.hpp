@@ -194,14 +194,31 @@ MELTSIM_HD Vec3<double> place_in_body(const Frame<T>& w, std::uint64_t i, std::u
 }
 
 template <class T>
-struct MassOfBodyBody {
+struct ReachOfBodyBody {
   Frame<T> w;
   core::PushArguments a;
-  MELTSIM_HD physics::MassSums operator()(std::uint64_t i) const {
-    physics::MassSums s;
-    const std::uint32_t tag = w.f.tag[i];
-    if (is_solid(tag) && body_of(tag) == a.body + 1u)
-      s.add(static_cast<double>(w.f.mass[i]), place_in_body(w, i, a.vertex));
+  MELTSIM_HD bool takes_part(std::uint64_t i) const {
+    return is_solid(w.f.tag[i]) && body_of(w.f.tag[i]) == a.body + 1u;
+  }
+  MELTSIM_HD core::MassReach operator()(std::uint64_t i) const {
+    if (!takes_part(i)) return {};
+    const Vec3<double> u = place_in_body(w, i, a.vertex);
+    return {static_cast<double>(w.f.mass[i]), dot(u, u), 1};
+  }
+};
+template <class T>
+struct PushUnitsBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(const core::MassReach& reach) const { w.f.push->units = reach.units(); }
+};
+
+template <class T>
+struct MassOfBodyBody {
+  ReachOfBodyBody<T> of;
+  MELTSIM_HD core::MassCounts operator()(std::uint64_t i) const {
+    core::MassCounts s;
+    if (of.takes_part(i))
+      s.count(of.w.f.push->units, static_cast<double>(of.w.f.mass[i]), place_in_body(of.w, i, of.a.vertex));
     return s;
   }
 };
@@ -210,9 +227,9 @@ template <class T>
 struct MakePushBody {
   Frame<T> w;
   core::PushArguments a;
-  MELTSIM_HD void operator()(const physics::MassSums& s) const {
+  MELTSIM_HD void operator()(const core::MassCounts& counts) const {
     physics::RigidPush& p = w.f.push->push;
-    p = physics::push_of(s, a.linear, a.angular);
+    p = physics::push_of(counts.sums(w.f.push->units), a.linear, a.angular);
     if (!a.sets) return;
     p.velocity = a.linear;
     p.angular_velocity = a.angular;

@@ -19,21 +19,9 @@ namespace physics {
 
 /// Sums over particles at u [m] from a point of reference.
 struct MassSums {
-  double mass = 0;                                 ///< [kg]
-  Vec3<double> first{};                            ///< sum m u [kg m]
-  Mat3<double> second{};                           ///< sum m u u^T [kg m^2]
-  MELTSIM_HD void add(double m, Vec3<double> u) {  ///< adds a particle
-    mass += m;
-    first += u * m;
-    add_outer(second, m, u, u);
-  }
-  MELTSIM_HD static MassSums combine(MassSums a, const MassSums& b) {  ///< sum of both
-    a.mass += b.mass;
-    a.first += b.first;
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j) a.second.m[i][j] += b.second.m[i][j];
-    return a;
-  }
+  double mass = 0;        ///< [kg]
+  Vec3<double> first{};   ///< sum m u [kg m]
+  Mat3<double> second{};  ///< sum m u u^T [kg m^2]
 };
 
 /// A rigid motion: velocity of the centre [m/s], angular velocity [rad/s], centre from the point of reference [m].
