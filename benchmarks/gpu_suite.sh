@@ -190,7 +190,17 @@ reproducible() {
   # shellcheck disable=SC2086
   cmake -S "$root" -B "$exact" "${generator[@]}" -DCMAKE_BUILD_TYPE=Release -DMELTSIM_CUDA=ON -DMELTSIM_REPRODUCIBLE=ON \
     -DMELTSIM_BUILD_TESTS=ON -DMELTSIM_BUILD_BENCHMARKS=OFF ${MELTSIM_CMAKE_ARGS:-} || return 1
-  cmake --build "$exact" --parallel "$(nproc)" --target meltsim_runner meltsim_golden || return 1
+  cmake --build "$exact" --parallel "$(nproc)" --target meltsim_runner meltsim_golden meltsim_api_fuzz || return 1
+  local runs=()
+  for backend in cpu cuda; do  # random calls of World side by side: every state must be the same
+    LD_LIBRARY_PATH=$exact/lib:$LD_LIBRARY_PATH "$exact/bin/meltsim_api_fuzz" --backend "$backend" --cases 300 --here 1 \
+      --threads 1 --states "$work/states_$backend" > "$work/states_$backend.log" 2>&1 &
+    runs+=($!)
+  done
+  wait "${runs[0]}" || status=1
+  wait "${runs[1]}" || status=1
+  tail -n 3 "$work/states_cpu.log" "$work/states_cuda.log"
+  cmp "$work/states_cpu" "$work/states_cuda" || status=1
   for backend in cpu cuda; do
     LD_LIBRARY_PATH=$exact/lib:$LD_LIBRARY_PATH "$exact/bin/meltsim_golden" "$root/tests/golden/hashes.txt" --backend "$backend" || status=1
   done
