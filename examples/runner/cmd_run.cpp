@@ -99,15 +99,19 @@ Chosen choose(const Scene& scene, const RunOptions& options, Log& log) {
   return chosen;
 }
 
-/// Settings that were chosen for the run in a directory; null: none were.
-Json settings_of_run(const std::string& directory) {
+/// A part of run.json in a directory that says which settings were chosen for that run; null: there is none.
+Json part_of_run(const std::string& directory, const char* part) {
   const std::string file = directory + "/run.json";
   if (!exists(file)) return {};
   const Json json = Json::parse(read_file(file), nullptr, false);
-  if (!json.is_object()) return {};
+  if (!json.is_object() || !json.contains(part) || !json[part].is_object()) return {};
+  return json[part].contains("settings") ? json[part] : Json();
+}
+
+/// Settings that were chosen for the run in a directory; null: none were.
+Json settings_of_run(const std::string& directory) {
   for (const char* part : {"trade", "budget"})
-    if (json.contains(part) && json[part].is_object() && json[part].contains("settings"))
-      return json[part]["settings"];
+    if (const Json chosen = part_of_run(directory, part); chosen.is_object()) return chosen["settings"];
   return {};
 }
 
@@ -115,9 +119,10 @@ Json settings_of_run(const std::string& directory) {
 void take_settings(Scene& scene, const Json& settings, Log& log) {
   if (!settings.is_object()) return;
   const auto number = [&](const char* key) { return settings.value(key, 0.0); };
-  const double factor = scene.world.spacing / number("spacing");
-  if (!(factor > 0) || !std::isfinite(factor)) return;
-  apply_resolution(scene, factor, Quality::balanced);
+  if (!(number("spacing") > 0)) return;
+  // As Tuning::with sets them, to the last digit: a snapshot is of one spacing.
+  if (number("spacing") != scene.world.spacing) apply_chosen_spacing(scene, number("spacing"));
+  scene.sound_factor = 1;
   if (number("sound_speed") > 0) {
     scene.world.sound_speed = number("sound_speed");
     scene.world.density_error = 0;
@@ -174,8 +179,9 @@ int run_scene(const RunOptions& options, Log& log) {
   if (!scene.text.empty()) write_file(directory.file(stdin_scene), scene.text);
   std::optional<TradeWatch> watch;
   if (chosen) watch.emplace(chosen->tuning, chosen->study, chosen->choice, chosen->request, built);
-  return Run(scene, options, built, directory, log, watch ? &*watch : nullptr, budget ? &*budget : nullptr)
-      .execute();
+  Run run(scene, options, built, directory, log, watch ? &*watch : nullptr, budget ? &*budget : nullptr);
+  if (options.resume) run.keep_trade(part_of_run(directory.path, "trade"));
+  return run.execute();
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "expect.hpp"
 #include "failure.hpp"
 #include "files.hpp"
+#include "numbers.hpp"
 #include "run_directory.hpp"
 #include "show/front_svg.hpp"
 #include "trade_watch.hpp"
@@ -94,16 +95,20 @@ class Trade {
                o.exact.empty() ? "against the extrapolated limit" : "against the exact answer", known.scale,
                o.unit.empty() ? "" : " ", o.unit);
     for (const trade::Law& law : known.laws) {
+      if (!law.measured()) {
+        line(knob_text(law.knob), "not measured: it stays as it is, and no error counts what it does");
+        continue;
+      }
       const trade::Range range = study_.ranges[static_cast<std::size_t>(law.knob)];
       const double cheap = law.cost_exponent < 0 ? range.most : range.least;
       line(knob_text(law.knob),
-           fmt::format(
-               "cost x^{:.1f}, error {} x^{:.1f}{}; x {:.2g} takes {:.2g} of the time and has {:.2g} %",
-               law.cost_exponent, error_text(known, law.error), law.error_exponent,
-               law.scatters ? " (differences scatter; exponent by theory)"
-               : law.fitted ? ""
-                            : " (exponent by theory, or the end of what is believed)",
-               cheap, std::pow(cheap, law.cost_exponent), 100 * law.at(cheap) / known.scale));
+           fmt::format("cost x^{:.1f}, error {} x^{:.1f}{}; x {:.2g} takes {:.2g} of the time and has {} %",
+                       law.cost_exponent, error_text(known, law.error), law.error_exponent,
+                       law.scatters ? " (differences scatter; exponent by theory)"
+                       : law.fitted ? ""
+                                    : " (exponent by theory, or the end of what is believed)",
+                       cheap, std::pow(cheap, law.cost_exponent),
+                       two_digits(100 * law.at(cheap) / known.scale)));
     }
     if (known.support_cost != 1)
       line("support", fmt::format("x 0.8 takes {:.2g} of the time and changes it by {}", known.support_cost,
@@ -133,9 +138,9 @@ class Trade {
     if (cheapest != nullptr && cheapest != dearest) {
       const trade::Range range = study_.ranges[static_cast<std::size_t>(cheapest->knob)];
       const double x = cheapest->cost_exponent < 0 ? range.most : range.least;
-      text += fmt::format("; turn the {} first: x {:.2g} takes {:.2g} of the time for {:.2g} % more",
+      text += fmt::format("; turn the {} first: x {:.2g} takes {:.2g} of the time for {} % more",
                           knob_text(cheapest->knob), x, std::pow(x, cheapest->cost_exponent),
-                          std::max(0.0, 100 * (cheapest->at(x) - cheapest->error) / known.scale));
+                          two_digits(std::max(0.0, 100 * (cheapest->at(x) - cheapest->error) / known.scale)));
     }
     return text;
   }
@@ -147,8 +152,8 @@ class Trade {
     for (std::size_t i = 0; i < fronts_[0].size(); ++i) {
       const trade::Choice& c = fronts_[0][i];
       const bool run = tried_[i].has_value();
-      fmt::print("{:>7.2g} % {:>10.3g} | {:>9} {:>10} | {}\n", 100 * c.error / known.scale, c.seconds,
-                 run ? fmt::format("{:.2g} %", 100 * tried_[i]->error.max / known.scale) : "-",
+      fmt::print("{:>7} % {:>10.3g} | {:>9} {:>10} | {}\n", two_digits(100 * c.error / known.scale),
+                 c.seconds, run ? two_digits(100 * tried_[i]->error.max / known.scale) + " %" : "-",
                  run ? fmt::format("{:.3g}", tried_[i]->run.wall_s) : "-", tuning_.settings_text(c.knobs));
     }
   }
@@ -169,9 +174,10 @@ class Trade {
       line("tried", run.problem);
       return;
     }
-    line("tried", fmt::format("error {}, {:.3g} s",
-                              error_text(known, trade::delivered(study_, 0, run.actual, run.values[0]).max),
-                              run.wall_s));
+    const double error = trade::delivered(study_, 0, run.actual, run.values[0]).max;
+    line("tried", fmt::format("error {}, {:.3g} s", error_text(known, error), run.wall_s));
+    if (const std::string broken = broken_promise_text(known, error, choice.asked); !broken.empty())
+      line("warning", broken);
   }
 
   void write() {
@@ -286,7 +292,7 @@ int print_ensemble(const Scene& scene, const TradeOptions& options) {
 }  // namespace
 
 int cmd_trade(const TradeOptions& options) {
-  if (!options.out.empty()) refuse_existing(options.out);
+  if (!options.out.empty()) refuse_existing(options.out, "name another directory");
   Scene scene = load_scene(options.scene);
   if (options.time) scene.time.end = *options.time;
   return options.ensemble ? print_ensemble(scene, options) : Trade(scene, options).run();

@@ -27,6 +27,8 @@ const std::vector<std::string> command_names{"run",      "check",  "list", "new"
 
 /// Options that `render` has and `run` does not.
 const std::vector<std::string> render_only{"--renderer", "--look", "--pictures", "--size", "--samples"};
+/// Options by which settings are chosen: a run that is resumed keeps its settings.
+const std::vector<std::string> choosing{"--max-error", "--of", "--time-limit"};
 
 /// Options as typed: CLI11 sorts them, option_values checks them, so that all errors read alike.
 struct Typed {
@@ -431,10 +433,14 @@ class CommandLine {
     for (int i = 1; i < argc; ++i) {
       const std::string word = argv[i];
       const std::string option = word.substr(0, word.find('='));
-      if (std::count(render_only.begin(), render_only.end(), option) > 0) i += option == word ? 1 : 0;
+      const auto among = [&](const std::vector<std::string>& some) {
+        return std::count(some.begin(), some.end(), option) > 0;
+      };
+      if (among(render_only) || among(choosing)) i += option == word ? 1 : 0;
       else if (i == 1 && word == "render") command += " run --export surface";
       else if (word == "--out") ++i;
-      else if (word.compare(0, 6, "--out=") != 0 && word != "--resume" && word != "--overwrite") {
+      else if (word.compare(0, 6, "--out=") != 0 && word != "--resume" && word != "--overwrite" &&
+               word != "--no-cache") {
         command += " " + shell_quoted(word);
       }
     }

@@ -78,6 +78,10 @@ std::string count_text(std::uint64_t n) {
   return digits;
 }
 
+std::string two_digits(double value) {
+  return fmt::format(value >= 9.5 && value < 1e6 ? "{:.0f}" : "{:.2g}", value);
+}
+
 std::string percent_text(double share) {
   const double percent = share < 1 ? std::min(100 * share, 99.9) : 100 * share;
   return fmt::format("{:.1f} %", percent);

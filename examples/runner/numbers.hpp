@@ -18,6 +18,7 @@ std::optional<std::int64_t> parse_integer(const std::string& text);
 std::string bytes_text(double bytes);       ///< "4.2 GB"
 std::string duration_text(double seconds);  ///< "1 min 20 s"
 std::string count_text(std::uint64_t n);    ///< "12,345"
+std::string two_digits(double value);       ///< "0.51", "12", "130"
 std::string percent_text(double share);     ///< "12.5 %"; "100.0 %" only when it is all
 
 }  // namespace runner

@@ -71,6 +71,7 @@ double scene_temperatures(const Scene& scene) {
 }
 
 bool moves(const SceneBody& body) { return !body.desc.fixed; }
+bool is_led(const SceneBody& body) { return body.desc.motion == meltsim::Motion::kinematic; }
 
 const meltsim::MaterialDesc* material(const Scene& scene, const std::string& name) {
   for (const SceneMaterial& m : scene.materials)
@@ -281,6 +282,9 @@ std::optional<SceneObservable> observable_named(const Scene& scene, const SceneS
     o.desc.scale = word == "path" ? start.body_size[*body] : start.body_height[*body];
     if (!moves(scene.bodies[*body]))
       problem = fmt::format("body \"{}\" is fixed", scene.bodies[*body].desc.name);
+    else if (is_led(scene.bodies[*body]))
+      problem = fmt::format("body \"{}\" is moved as the scene says, with all settings alike",
+                            scene.bodies[*body].desc.name);
     else if (word == "draught" && !start.liquid) problem = "the scene has no liquid";
   } else if (word == "pressure" || word == "temperature" || word == "level") {
     const auto probe = find_probe(scene, word, of, problem);
@@ -319,7 +323,8 @@ std::vector<std::string> default_observables(const Scene& scene, const SceneStar
     const SceneBody& body = scene.bodies[i];
     const auto* m = material(scene, body.material);
     const double density = body.density ? *body.density : m != nullptr ? m->density : 0;
-    if (!moves(body) || density >= start.liquid_density || ++afloat > most_by_default) continue;
+    if (!moves(body) || is_led(body) || density >= start.liquid_density || ++afloat > most_by_default)
+      continue;
     names.push_back("draught@" + body.desc.name);
   }
   if (scene.bodies.empty() && start.gravity && start.liquid && start.liquid_along < has_a_front)

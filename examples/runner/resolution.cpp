@@ -92,6 +92,14 @@ void apply_spacing(Scene& scene, double spacing) {
   }
 }
 
+void apply_chosen_spacing(Scene& scene, double spacing) {
+  const double volume = std::pow(spacing / scene.world.spacing, 3);
+  apply_spacing(scene, spacing);
+  for (SceneEmitter& emitter : scene.emitters)
+    emitter.desc.max_particles =
+        static_cast<std::uint64_t>(std::ceil(static_cast<double>(emitter.desc.max_particles) / volume));
+}
+
 double volume_of_particles(const meltsim::WorldDesc& world, const meltsim::Shape& shape, bool liquid,
                            double spacing) {
   const meltsim::DomainDesc& d = world.domain;

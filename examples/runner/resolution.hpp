@@ -15,6 +15,9 @@ void apply_resolution(Scene& scene, double scale, Quality quality);
 /// The same scene with this spacing; the support and the surface's cells keep their ratio to it.
 void apply_spacing(Scene& scene, double spacing);
 
+/// The same for a spacing that was chosen for an error: what nozzles give at most is as much liquid as before.
+void apply_chosen_spacing(Scene& scene, double spacing);
+
 /// What the particles of a shape take up [m^3]: of liquid from wall to wall as World::add_fluid fills it.
 double volume_of_particles(const meltsim::WorldDesc& world, const meltsim::Shape& shape, bool liquid,
                            double spacing);

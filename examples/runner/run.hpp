@@ -49,6 +49,8 @@ class Run {
 
   /// Returns the exit code of the program.
   int execute();
+  /// Before execute(), of a run that is resumed: the block "trade" of its run.json, which goes on.
+  void keep_trade(Json trade) { kept_trade_ = std::move(trade); }
 
  private:
   void resume();
@@ -102,7 +104,8 @@ class Run {
   RunState state_;  ///< with the steps that are enqueued
   std::optional<Recorder> recorder_;
   Json resolved_scene_;
-  SceneTime time_;  ///< with dt as a value
+  Json kept_trade_;  ///< of run.json, of the run that is resumed: which settings were chosen for it
+  SceneTime time_;   ///< with dt as a value
   Progress progress_;
   std::deque<Flight> flights_;
   std::deque<OpenFrame> frames_;

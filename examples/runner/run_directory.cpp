@@ -108,12 +108,9 @@ std::string fresh_run_directory(const std::string& name) {
   }
 }
 
-void refuse_existing(const std::string& path) {
+void refuse_existing(const std::string& path, const std::string& cure) {
   if (!exists(path)) return;
-  throw Failure(ExitCode::io,
-                fmt::format("{}: exists already; name another directory, or add --overwrite to write "
-                            "over it or --resume to continue the run in it",
-                            path));
+  throw Failure(ExitCode::io, fmt::format("{}: exists already; {}", path, cure));
 }
 
 RunDirectory named_run_directory(const std::string& path) {

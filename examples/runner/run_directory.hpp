@@ -44,7 +44,9 @@ RunDirectory new_run_directory(const std::string& name);
 /// The path that it would have now.
 std::string fresh_run_directory(const std::string& name);
 /// Fails when --out DIR exists: said before a long build, not after it.
-void refuse_existing(const std::string& path);
+void refuse_existing(const std::string& path, const std::string& cure =
+                                                  "name another directory, or add --overwrite to write "
+                                                  "over it or --resume to continue the run in it");
 /// --out DIR. This and the two others lock the directory.
 RunDirectory named_run_directory(const std::string& path);
 /// --out DIR --resume: refused when there is no checkpoint in it.

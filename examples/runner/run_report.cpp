@@ -98,6 +98,7 @@ void Run::write_run_json(const Json& final_block_json) {
   json["timings"].update(timings_json());
   const bool ended = final_block_json.is_object() && final_block_json.value("status", "") == "finished";
   if (trade_ != nullptr) json["trade"] = trade_->json(ended);
+  else if (kept_trade_.is_object()) json["trade"] = kept_trade_;
   if (budget_ != nullptr) json["budget"] = budget_->json(state_.substeps, state_.owed);
   write_file(directory_.file("run.json"), json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
 }
@@ -203,8 +204,10 @@ int Run::report(Outcome outcome) {
                "interrupted");
     return 128 + interrupt_signal();
   }
-  if (trade_ != nullptr)
+  if (trade_ != nullptr) {
     for (const std::string& line : trade_->report()) log_.info(line);
+    if (const std::string missed = trade_->broken_promise(); !missed.empty()) log_.warn(missed);
+  }
   if (budget_ != nullptr) log_.info(budget_->report(state_.owed, state_.time + state_.owed));
   if (options_.page) log_.info("page, for any browser: " + directory_.file("index.html"));
   log_.info(fmt::format("done: {} s simulated in {} steps, {}; results in {}", csv_number(state_.time),

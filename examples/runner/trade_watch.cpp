@@ -39,6 +39,15 @@ std::string about_text(double seconds) {
   return fmt::format("{:.2g} days", seconds / 86400);
 }
 
+std::string broken_promise_text(const trade::Known& known, double error, double asked) {
+  if (!(error > asked)) return "";
+  return fmt::format(
+      "{}: the estimated error, {}, is more than was asked for, {}: between the probes and these settings it "
+      "does not follow the "
+      "law that they gave; give the probes more time (--time-limit), or ask for less than you need",
+      known.observable.name, error_text(known, error), error_text(known, asked));
+}
+
 trade::Choice choose_settings(const Tuning& tuning, const trade::Study& study, const TradeRequest& request) {
   for (std::size_t k = 0; k < study.observables.size(); ++k) {
     if (study.observables[k].observable.name != request.of) continue;
@@ -144,6 +153,16 @@ std::vector<std::string> TradeWatch::report() const {
     lines.push_back(line);
   }
   return lines;
+}
+
+std::string TradeWatch::broken_promise() const {
+  const std::vector<trade::Difference> errors = delivered();
+  for (std::size_t k = 0; k < errors.size(); ++k) {
+    const trade::Known& known = study_.observables[k];
+    if (known.observable.name != request_.of || !missed(k).empty()) continue;
+    return broken_promise_text(known, errors[k].max, choice_.asked);
+  }
+  return "";
 }
 
 Json TradeWatch::json(bool ended) const {

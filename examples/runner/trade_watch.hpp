@@ -23,6 +23,9 @@ struct TradeRequest {
 meltsim::trade::Choice choose_settings(const Tuning& tuning, const meltsim::trade::Study& study,
                                        const TradeRequest& request);
 
+/// What to say where the error of a run turns out larger than was asked for; empty: it does not.
+std::string broken_promise_text(const meltsim::trade::Known& known, double error, double asked);
+
 /// "3 min": an estimate has no more digits than it deserves.
 std::string about_text(double seconds);
 
@@ -39,6 +42,8 @@ class TradeWatch {
 
   /// One line per observable: what was delivered, in its unit.
   std::vector<std::string> report() const;
+  /// broken_promise_text of the observable that was asked for.
+  std::string broken_promise() const;
   Json json(bool ended) const;
 
  private:

@@ -14,6 +14,7 @@
 #include "files.hpp"
 #include "hash.hpp"
 #include "meltsim/physics/isotropic_pressure.hpp"
+#include "numbers.hpp"
 #include "resolution.hpp"
 #include "scene_json.hpp"
 
@@ -301,11 +302,7 @@ ObservableReader Tuning::reader(Built& built) const {
 Scene Tuning::with(const Knobs& knobs) const {
   Scene scene = scene_;
   const double x = knobs[Knob::spacing];
-  if (x != 1) apply_spacing(scene, spacing_for(x));
-  if (x != 1)
-    for (SceneEmitter& emitter : scene.emitters)
-      emitter.desc.max_particles = static_cast<std::uint64_t>(
-          std::ceil(static_cast<double>(emitter.desc.max_particles) / std::pow(x, 3)));
+  if (x != 1) apply_chosen_spacing(scene, spacing_for(x));
   meltsim::WorldDesc& world = scene.world;
   scene.sound_factor = 1;
   if (!heat_only_ && world.follow_sound_speed) {
@@ -409,7 +406,7 @@ std::string not_reached(const trade::Study& study, std::size_t observable, doubl
 }
 
 std::string error_text(const trade::Known& known, double error) {
-  const std::string share = fmt::format("{:.2g} %", 100 * error / known.scale);
+  const std::string share = two_digits(100 * error / known.scale) + " %";
   if (known.observable.unit.empty()) return share;
   return fmt::format("{} ({:.2g} {})", share, error, known.observable.unit);
 }
@@ -418,7 +415,7 @@ std::string error_text(const trade::Known& known, double error) {
 
 namespace {
 
-constexpr int cache_format = 5;
+constexpr int cache_format = 6;
 
 /// What mesh files held as the scene was read: it names them, and they may be others by the next time.
 std::string meshes_text(const Scene& scene) {

@@ -133,10 +133,12 @@ struct Law {
   bool fitted =
       false;  ///< the exponent was measured; false: it is the nominal one, and the error the larger estimate
   /// Curves of three values of the knob turn back and forth, or differences between them do not fall as any exponent says, as where particles happen to
-  /// lie otherwise: the exponent is the nominal one, and the error of the worst value as large as the largest difference. Where
+  /// lie otherwise: the exponent is the nominal one, and the error of the worst value as large as the largest difference between any two. Where
   /// curves go on the same way and differences hardly fall, the approach is slow: the exponent is the least that is believed.
   bool scatters = false;
   MELTSIM_API double at(double x) const;  ///< the error at this multiple, in the unit
+  /// Whether two values of the knob could be compared. If not, choices leave it as it is, and errors do not count what it does.
+  bool measured() const { return cost_exponent != 0 || error > 0; }
 };
 
 /// Results of a study for one observable.

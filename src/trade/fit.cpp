@@ -66,6 +66,16 @@ std::optional<double> turn(const std::vector<double>& a, const std::vector<doubl
   return along / std::sqrt(first * second);
 }
 
+/// Of scatter. Taken for the beginning of a difference to the limit, differences would be multiplied by x^p over a small change of it; and the
+/// first and the last may be further apart than neighbours are.
+template <class Apart>
+double largest_of_pairs(const std::vector<Twin>& twins, const Apart& apart) {
+  double most = 0;
+  for (std::size_t i = 0; i < twins.size(); ++i)
+    for (std::size_t j = i + 1; j < twins.size(); ++j) most = std::max(most, apart(twins[i], twins[j]));
+  return most;
+}
+
 }  // namespace
 
 Nominal nominal(Knob knob) {
@@ -96,10 +106,11 @@ Law fit(Knob knob, const Observable& observable, double scale, std::vector<Twin>
   if (twins.size() < 2) return law;
   law.cost_exponent = log_slope(twins.front().x, twins.front().work, twins.back().x, twins.back().work);
   std::vector<double> apart;
-  for (std::size_t i = 0; i + 1 < twins.size(); ++i) {
-    const double d = difference(observable, scale, *twins[i].values, *twins[i + 1].values).max;
-    apart.push_back(std::sqrt(std::max(0.0, d * d - noise * noise)));
-  }
+  const auto beyond_noise = [&](const Twin& a, const Twin& b) {
+    const double d = difference(observable, scale, *a.values, *b.values).max;
+    return std::sqrt(std::max(0.0, d * d - noise * noise));
+  };
+  for (std::size_t i = 0; i + 1 < twins.size(); ++i) apart.push_back(beyond_noise(twins[i], twins[i + 1]));
   if (twins.size() >= 3 && apart[0] > 0 && apart[1] > 0) {
     const double p =
         exponent_of(twins[0].x, twins[1].x, twins[2].x, apart[0] / apart[1], expected, law.fitted);
@@ -110,8 +121,7 @@ Law fit(Knob knob, const Observable& observable, double scale, std::vector<Twin>
     else law.fitted = false;
   }
   if (law.scatters) {
-    // Taken for the beginning of a difference to the limit, they would be multiplied by x^p over a small change of it.
-    law.error = *std::max_element(apart.begin(), apart.end()) / std::pow(twins[0].x, law.error_exponent);
+    law.error = largest_of_pairs(twins, beyond_noise) / std::pow(twins[0].x, law.error_exponent);
     return law;
   }
   for (std::size_t i = 0; i < apart.size(); ++i) {

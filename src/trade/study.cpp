@@ -232,7 +232,13 @@ class Studying {
   /// Diverged settings are not chosen, nor settings beyond them; knobs without a twin stay as they are.
   void narrow_ranges() {
     for (const Knob knob : {Knob::sound_speed, Knob::courant, Knob::step})
-      if (turns(knob) && twins(knob, 0).size() < 2) study_.ranges[static_cast<std::size_t>(knob)] = {1, 1};
+      if (turns(knob) && twins(knob, 0).size() < 2) {
+        study_.ranges[static_cast<std::size_t>(knob)] = {1, 1};
+        study_.notes.push_back(
+            std::string(knob_name(knob)) +
+            ": no two values of it could be compared, so it stays as it is, and what is said of errors "
+            "does not count what it does");
+      }
     for (const Planned& planned : failed_) {
       Range& range = study_.ranges[static_cast<std::size_t>(planned.of)];
       const double x = planned.knobs[planned.of];
@@ -334,7 +340,7 @@ class Studying {
                 [&](const Twin& a, const Twin& b) { return law.at(a.x) > law.at(b.x); });
       const Twin &worse = list[list.size() - 2], &better = list.back();
       const double pw = std::pow(worse.x, law.error_exponent), pb = std::pow(better.x, law.error_exponent);
-      if (!(pw > pb * 1.001) || law.scatters) continue;  // scatter leads nowhere
+      if (!(pw > pb * 1.001) || law.scatters || !(law.error > 0)) continue;  // scatter and chaos lead nowhere
       // Knobs but the spacing are at 1 in the finest probe.
       const double rest = (law.knob == Knob::spacing ? pb : 1) / (pw - pb);
       for (std::size_t i = 0; i < limit.size(); ++i) {

@@ -91,6 +91,9 @@ TEST(Trade, WhatASceneCannotHaveIsRefusedWithTheReason) {
   EXPECT_EQ(failure_of(basin, {"draught@rafd"}),
             "--observe: draught@rafd: no body is named \"rafd\"; did you mean \"raft\"?");
   EXPECT_EQ(failure_of(basin, {"path@post"}), "--observe: path@post: body \"post\" is fixed");
+  const std::vector<std::string> moved{"bodies[1].motion=kinematic"};
+  EXPECT_EQ(failure_of(basin, {"draught@raft"}, moved),
+            "--observe: draught@raft: body \"raft\" is moved as the scene says, with all settings alike");
   EXPECT_EQ(failure_of(basin, {"pressure@x"}), "--observe: pressure@x: the scene has no probes");
   EXPECT_EQ(failure_of(dam, {"temperature@floor"}),
             "--observe: temperature@floor: probe \"floor\" does not sample the temperature; add temperature "
@@ -472,6 +475,19 @@ TEST(Trade, AnErrorThatCannotBeHadIsRefusedWithOneThatCan) {
   } catch (const Failure& failure) {
     EXPECT_NE(std::string(failure.what()).find("chaotic"), std::string::npos) << failure.what();
   }
+}
+
+TEST(Trade, AnErrorThatTurnsOutLargerThanAskedForIsSaid) {
+  trade::Known known;
+  known.observable.name = "draught@raft";
+  known.observable.unit = "m";
+  known.scale = 0.15;
+  EXPECT_EQ(broken_promise_text(known, 0.0345, 0.0345), "");
+  EXPECT_EQ(broken_promise_text(known, 0.039, 0.0345),
+            "draught@raft: the estimated error, 26 % (0.039 m), is more than was asked for, 23 % (0.035 m): "
+            "between the "
+            "probes and these settings it does not follow the law that they gave; give the probes more time "
+            "(--time-limit), or ask for less than you need");
 }
 
 /// A run of 100 frames at eight spacings, from the coarsest on; a frame takes 1, 2, 4, ... 128 ms by the laws.

@@ -992,6 +992,16 @@ output: {export: []}
         scene = json.loads(Path(self.path("first", "run.json")).read_text())["scene"]
         self.assertAlmostEqual(scene["particles"]["spacing"], chosen[0][0]["spacing"])
 
+    def test_a_run_for_an_error_is_resumed_with_its_settings(self):
+        """At a spacing that is fitted to a body, which --scale would not give. run.json keeps what was chosen, for another time."""
+        scene = self.STEFAN.replace("box: [[0, 0, 0], [0.4, 0.4, 0.4]]", "box: [[0, 0, 0], [0.31, 0.4, 0.4]]")
+        Path(self.path("ice.yaml")).write_text(scene.replace("export: []", "export: [ply]"))
+        options = ["ice.yaml", "--max-error=35%", "--of", "melted", "--time-limit", "20", "--no-cache", "--no-page", "--no-still"]
+        self.stopped_and_resumed_as_it_says(*options)
+        trade = json.loads(Path(self.path("cut it", "run.json")).read_text())["trade"]
+        self.assertNotAlmostEqual(trade["settings"]["spacing"], 0.05)
+        self.assertEqual(trade["of"], "melted")
+
     def test_a_time_that_is_never_reached_has_no_error(self):
         Path(self.path("ice.yaml")).write_text(self.STEFAN)
         for command in (["run", "ice.yaml", "--max-error", "20%", "--of", "melt_time_90"],

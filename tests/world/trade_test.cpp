@@ -155,6 +155,51 @@ TEST(Laws, CurvesThatTurnBackAreScatter) {
   EXPECT_NEAR(l.at(0.6 * 1.69), 0.1, 1e-6);
 }
 
+// A draught that changes by more from the middle probe to the finest than from the coarsest to the middle: the coarsest is as far off as it is
+// from the finest at least, not as far as neighbours are from each other.
+TEST(Laws, DifferencesThatGrowCountFromTheFirstToTheLast) {
+  trade::Problem problem = Made{}.problem();
+  problem.run = [](const Knobs& knobs, double) -> Result<trade::Measurement> {
+    trade::Measurement m;
+    m.knobs = m.actual = knobs;
+    const double x = knobs[Knob::spacing];
+    m.values = {{x > 0.9 ? 0.0678 : x > 0.7 ? 0.0776 : 0.0984}};
+    m.work = Made::work(x, knobs[Knob::sound_speed], knobs[Knob::courant]);
+    m.complete = true;
+    return m;
+  };
+  const Result<trade::Study> study = trade::study(problem);
+  ASSERT_TRUE(study);
+  const trade::Law l = law(study->observables.at(0), Knob::spacing);
+  EXPECT_TRUE(l.scatters);
+  EXPECT_NEAR(l.at(0.6 * 1.69), 0.0984 - 0.0678, 1e-6);
+}
+
+// Starts that are alike differ by more than spacings do: nothing says where finer ones would lead.
+TEST(Laws, NothingIsExtrapolatedFromWhatChaosHides) {
+  Made made;
+  made.stirred = 0.2;
+  const trade::Study study = study_of(made);
+  EXPECT_EQ(law(study.observables.at(0), Knob::spacing).error, 0);
+  for (const trade::Measurement& probe : study.probes)
+    if (probe.knobs.stir == 0 && std::fabs(probe.knobs[Knob::spacing] - 0.6) < 1e-9) {
+      EXPECT_EQ(study.observables[0].limit, probe.values[0]);
+    }
+}
+
+TEST(Laws, AKnobThatCouldNotBeComparedIsSaidToBeSo) {
+  Made made;
+  made.breaks_below = 0.9;
+  const trade::Study study = study_of(made);
+  EXPECT_FALSE(law(study.observables.at(0), Knob::sound_speed).measured());
+  EXPECT_TRUE(law(study.observables.at(0), Knob::spacing).measured());
+  const std::string said =
+      "sound_speed: no two values of it could be compared, so it stays as it is, and what is said of errors "
+      "does not "
+      "count what it does";
+  EXPECT_EQ(std::count(study.notes.begin(), study.notes.end(), said), 1) << study.notes.back();
+}
+
 // A made error of x^0.1, the same way at every spacing: what thins with the spacing goes on as slowly beyond the probes. The least exponent
 // that is believed holds, which puts the error at the finest probe at six times the last difference.
 TEST(Laws, WhatHardlyFallsButGoesOnTheSameWayIsSlow) {
