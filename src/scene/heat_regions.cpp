@@ -102,6 +102,9 @@ Status WorldImpl::remove_heat_region(HeatRegionId id) {
   if (region == nullptr) return no_such_region("remove", id);
   const bool planned = takes_new_plan();
   if (!planned) fetch_state();
+  see_added();
+  if (planned && plan_changed_ && region->acts)  // heat flows since it came, as for a host that looked
+    if (Status s = adapt(); !s) return s;
   plan_changed_ = plan_changed_ || region->acts;
   heat_regions_.erase(heat_regions_.begin() + (region - heat_regions_.data()));
   dirty_ = dirty_ || !planned;

@@ -242,6 +242,7 @@ Status WorldImpl::remove(const std::string& name) {
 Status WorldImpl::remove_stage(const std::string& name) {
   for (auto c = custom_.begin(); c != custom_.end(); ++c)
     if (c->stage.name == name) {
+      see_added();
       custom_.erase(c);
       if (engine != nullptr) engine->set_custom_stages(&custom_);
       plan_changed_ = plan_changed_ || (!dirty_ && facts() != facts_);

@@ -126,9 +126,12 @@ void WorldImpl::look_at_added() {
   derive_sound_speed();
 }
 
-/// Ahead of a change by which what was added may fall less: a snapshot in between looks at it, too, and sound only gets faster.
+/// Ahead of a change by which what was added may fall less, or differ less in temperature: a snapshot in between looks at it, too,
+/// sound only gets faster, and heat that flows comes to rest in a sub-step.
 void WorldImpl::see_added() {
-  if (steps > 0 && dirty_) look_at_added();
+  if (steps == 0 || !dirty_) return;
+  look_at_added();
+  look_at_heat();
 }
 
 /// Ahead of an addition by way of the host: what has come from nozzles meanwhile was not added.
@@ -376,17 +379,21 @@ core::EngineSetup WorldImpl::setup_of(core::FactSet facts) const {
   return setup;
 }
 
-/// What the state, which the host holds, says of the scene.
-void WorldImpl::look_at_scene() {
-  look_at_added();
+/// Whether temperatures are level, by the state, which the host holds. Once heat flows, the backend finds that out.
+void WorldImpl::look_at_heat() {
   regions_act(time, std::max(time, plan_until_));
-  was_emitting_ = emitting();
-  species_used_ = species_present();
-  contents_level_ = contents_level();
-  // Once heat flows, the backend finds out when temperatures are level.
   if (measure_ && (steps == 0 || state_.heat_level)) state_.heat_level = temperatures_level();
   if (heat_from_outside() || host_heats() || solution_heats()) state_.heat_level = false;
   if (!state_.heat_level) level_.reset();
+}
+
+/// What the state, which the host holds, says of the scene.
+void WorldImpl::look_at_scene() {
+  look_at_added();
+  was_emitting_ = emitting();
+  species_used_ = species_present();
+  contents_level_ = contents_level();
+  look_at_heat();
   take_census();
   searched_ = state_.position.size() + planned_emission();
 }

@@ -576,6 +576,7 @@ class WorldImpl final : public Scheduler {
   void see_particles(Vec3d up);
   void see_driven(std::size_t first);
   void look_at_added();
+  void look_at_heat();
   void see_added();
   void pass_over_particles();
   void see_all_anew();

@@ -2,6 +2,7 @@
 #include <cstring>
 #include <random>
 #include <string>
+#include <tuple>
 
 #include "scenes.hpp"
 
@@ -124,6 +125,80 @@ TEST(Snapshot, OneAheadOfARemovalOfWhatWouldMeltIsSeenByNothing) {
       EXPECT_EQ(seen, unseen);
     }
   }
+}
+
+using Look = void (*)(World&);
+
+void colder_body(Scene& s, const SolidDesc& like, Look look) {
+  SolidDesc b = like;
+  b.temperature = -20;
+  const auto body = s.world.add_solid(b);
+  require(body);
+  look(s.world);
+  require(s.world.remove(*body));
+}
+
+void warm_region(Scene& s, const SolidDesc& b, Look look) {
+  HeatRegionDesc r;
+  r.shape = b.shape;
+  r.temperature = 50;
+  const auto region = s.world.add_heat_region(r);
+  require(region);
+  look(s.world);
+  require(s.world.remove(*region));
+}
+
+void stage_that_heats(Scene& s, const SolidDesc&, Look look) {
+  CustomStage stage;
+  stage.name = "oven";
+  stage.run = [](const StageContext&, void*) {};
+  stage.writes = {"enthalpy"};
+  require(s.world.scheduler().insert_after("step.begin", stage));
+  look(s.world);
+  require(s.world.scheduler().remove("oven"));
+}
+
+/// Beside ice that is level something comes and goes, and more of that ice comes. Returns state, sub-steps and their limit.
+std::tuple<std::uint64_t, std::uint64_t, double> after(void (*come_and_go)(Scene&, const SolidDesc&, Look),
+                                                       Look look, std::uint32_t reserved) {
+  WorldDesc d = describe();
+  d.reserved_particles = reserved;
+  IceScene s;
+  s.time_scale = 1;
+  s.water = false;
+  s.block = 0;
+  Scene scene = ice_in_water(d, s);
+  SolidDesc b;
+  b.material = scene.ice;
+  b.motion = Motion::fixed;
+  b.temperature = -5;
+  b.shape = Shape::box({0, 0, 0}, {0.6, 0.6, 0.6});
+  require(scene.world.add_solid(b));
+  require(scene.world.step(0.002));
+  b.shape = Shape::box({0.8, 0, 0.8}, {1.4, 0.6, 1.4});
+  come_and_go(scene, b, look);
+  b.shape = Shape::box({1.6, 0, 1.6}, {2.2, 0.6, 2.2});
+  require(scene.world.add_solid(b));
+  require(scene.world.step(0.02));
+  return {*scene.world.state_hash(), scene.world.steps(), scene.world.resolved().stable_dt};
+}
+
+// What is warmer or colder than all that is there lets heat flow, and heat comes to rest in a sub-step: taken out ahead of the next one it
+// does so, too, whoever has looked in between. Limits of a sub-step follow from what can melt.
+TEST(Snapshot, OneAheadOfARemovalOfWhatIsWarmerIsSeenByNothing) {
+  MELTSIM_NEEDS_BACKEND();
+  const Look looks[] = {[](World& w) { require(w.snapshot()); }, [](World& w) { w.synchronize(); }};
+  const struct {
+    const char* name;
+    void (*come_and_go)(Scene&, const SolidDesc&, Look);
+  } changes[] = {{"body", colder_body}, {"region", warm_region}, {"stage", stage_that_heats}};
+  for (const auto& c : changes)
+    for (const std::uint32_t reserved : {0u, 500u}) {
+      SCOPED_TRACE(std::string(c.name) + (reserved != 0 ? ", in place" : ""));
+      const auto unseen = after(
+          c.come_and_go, [](World&) {}, reserved);
+      for (const Look look : looks) EXPECT_EQ(after(c.come_and_go, look, reserved), unseen);
+    }
 }
 
 // A sound speed that was set, and what a derived one follows from, are the World's; derived, it is no slower than it was.
