@@ -32,6 +32,12 @@ struct EndOfStep {
   ParticleCheck<T> check;
 };
 
+/// Whether it is anywhere, and takes up room.
+template <class T>
+MELTSIM_HD bool is_placed(const Vec4<T>& position) {
+  return finite(xyz(position)) && std::isfinite(position.w);
+}
+
 /// The first stage whose results make p or its new velocity v invalid.
 template <class T>
 MELTSIM_HD void blame(const Frame<T>& w, std::uint64_t i, const Produced<T>& p, Vec3<T> v,
@@ -48,7 +54,7 @@ MELTSIM_HD void blame(const Frame<T>& w, std::uint64_t i, const Produced<T>& p, 
   unless(finite(p.acceleration), Halt::force, static_cast<double>(length(p.acceleration)));
   unless(std::isfinite(r.phi), Halt::density, static_cast<double>(r.phi));
   // Sums need not show it: a GPU takes a distance that is NaN as one beyond H.
-  unless(finite(xyz(p.position)), Halt::position, 0.0);
+  unless(is_placed(p.position), Halt::position, 0.0);
   r.bad = static_cast<std::uint32_t>(why);
   r.bad_id = w.f.id[i];
   r.bad_value = value;
@@ -62,7 +68,7 @@ MELTSIM_HD ParticleCheck<T> look(const Frame<T>& w, std::uint64_t i, const Produ
   if (is_fluid(p.tag)) r.phi = p.phi;
   // A particle that crosses its whole neighbourhood in one sub-step interacts with nothing on its way. Neither may its
   // speed be NaN.
-  const bool good = r.speed * w.f.clock->dt <= w.c.kernel.support && finite(xyz(p.position)) &&
+  const bool good = r.speed * w.f.clock->dt <= w.c.kernel.support && is_placed(p.position) &&
                     finite(p.acceleration) && std::isfinite(r.phi) && std::isfinite(p.enthalpy);
   if (!good) blame(w, i, p, v, r);
   if (r.phi > T(1)) {
@@ -71,6 +77,17 @@ MELTSIM_HD ParticleCheck<T> look(const Frame<T>& w, std::uint64_t i, const Produ
     r.excess = static_cast<std::uint32_t>(minimum(r.phi - T(1), most) * units);
     r.counts = ParticleCheck<T>::dense;
   }
+  return r;
+}
+
+/// The same for one that is removed: nothing moves it, but a stage of the host may have written it, and it is part of the state.
+template <class T>
+MELTSIM_HD ParticleCheck<T> look_at_removed(const Frame<T>& w, std::uint64_t i, const Produced<T>& p) {
+  ParticleCheck<T> r;
+  if (is_placed(p.position) && finite(xyz(p.velocity)) && std::isfinite(p.enthalpy)) return r;
+  Produced<T> unmoved = p;
+  unmoved.acceleration = {};  // that of before it was removed
+  blame(w, i, unmoved, xyz(p.velocity), r);
   return r;
 }
 
@@ -181,6 +198,7 @@ MELTSIM_HD EndOfStep<T> end_of_step(const Frame<T>& w, std::uint64_t i, const Pr
   T volume = p.position.w;
   if (is_removed(tag)) {
     v = xyz(p.velocity);
+    end.check = look_at_removed(w, i, p);
   } else {
     end.check = look(w, i, p, v);
     const bool held = is_solid(tag) && (tag & tag_fixed) != 0u;

@@ -230,12 +230,32 @@ class WorldImpl::SnapshotCheck {
   std::uint64_t removed_ = 0, solid_ = 0;
 };
 
+/// Refuses what restore() would refuse: writes of a host's stage behind step.integrate the next sub-step checks.
+Status WorldImpl::check_storable() const {
+  const auto amiss = [this](std::size_t i) {
+    return !finite(state_.position[i])         ? "position"
+           : !finite(state_.velocity[i])       ? "velocity"
+           : !std::isfinite(state_.volume[i])  ? "volume"
+           : std::isfinite(state_.enthalpy[i]) ? nullptr
+                                               : "enthalpy";
+  };
+  for (std::size_t i = 0; i < state_.position.size(); ++i)
+    if (const char* const what = amiss(i))
+      return Error{ErrorCode::halted,
+                   core::text("snapshot: particle ", i, ": its ", what,
+                              " is not finite, and no World could go on from it; a stage of the host that "
+                              "writes it must come before step.integrate, which checks it. restore() an "
+                              "earlier snapshot to go on")};
+  return {};
+}
+
 Result<std::vector<std::uint8_t>> WorldImpl::snapshot() {
   static_assert(StoredState::layout() == layout_of_version,
                 "what a snapshot holds has changed: raise format_version and set layout_of_version anew");
   // Values that follow from added things, such as the sound speed, are stored, too.
   if (Status s = prepare(); !s) return s.error();
   fetch_state();
+  if (Status s = check_storable(); !s) return s.error();
   take_sound_work();
   StoredState stored = stored_state();
   core::Writer w;

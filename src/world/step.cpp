@@ -613,7 +613,7 @@ std::string WorldImpl::halt_text(const core::WorldStatus& s) {
   const char* what = "";
   switch (static_cast<core::Halt>(s.halted)) {
     case core::Halt::position:
-      what = "position is not finite after the search for neighbours";
+      what = "position is not finite, or the volume, after the search for neighbours";
       break;
     case core::Halt::density:
       what = "density is not finite after sph.density";

@@ -264,6 +264,7 @@ class WorldImpl final : public Scheduler {
   // snapshot/snapshot.cpp
   Result<std::uint64_t> state_hash();
   Result<std::vector<std::uint8_t>> snapshot();
+  Status check_storable() const;
   Status restore(const std::uint8_t* data, std::size_t bytes);
   // snapshot/saved_world.cpp
   Result<std::vector<std::uint8_t>> save();

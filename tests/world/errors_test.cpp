@@ -456,6 +456,83 @@ TEST(Errors, APositionThatIsNoNumberHalts) {
   EXPECT_EQ(*w->state_hash(), good);
 }
 
+/// Behind which stage a host's writes what is no number, where, and of which particles.
+struct Nonsense {
+  const char* after;
+  const char* where;
+  std::uint32_t tag;  ///< of its particles
+};
+
+void write_nonsense(const StageContext& c, void* user) {
+  const Nonsense& n = *static_cast<const Nonsense*>(user);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const std::string where = n.where;
+  for (std::uint64_t i = 0; i < c.particles; ++i) {
+    if ((c.tag[i] & (tag_fixed | tag_removed)) != n.tag || !((c.tag[i] & tag_solid) != 0u)) continue;
+    if (where == "velocity") static_cast<Vec4<double>*>(c.velocity)[i].y = nan;
+    if (where == "position") static_cast<Vec4<double>*>(c.position)[i].y = nan;
+    if (where == "volume") static_cast<Vec4<double>*>(c.position)[i].w = nan;
+  }
+}
+
+/// A free body, one that does not move, and one that was removed.
+World three_bodies() {
+  WorldDesc d = describe();
+  d.precision = Precision::double_precision;
+  World w = std::move(*World::create(d));
+  SolidDesc b;
+  b.material = *w.add_material({});
+  b.shape = Shape::box({0, 0.4, 0}, {0.6, 1.0, 0.6});
+  require(w.add_solid(b));
+  b.shape = Shape::box({2, 0.4, 0}, {2.6, 1.0, 0.6});
+  const auto gone = w.add_solid(b);
+  require(gone);
+  b.motion = Motion::fixed;
+  b.shape = Shape::box({1, 0.4, 0}, {1.6, 1.0, 0.6});
+  require(w.add_solid(b));
+  require(w.step(1e-4));
+  require(w.remove(*gone));
+  require(w.step(1e-4));
+  return w;
+}
+
+// The sub-step does not count, also where nothing would have moved the particle and no sum have shown it; behind the check the state cannot
+// be kept, and the next sub-step halts.
+TEST(Errors, WhatAStageWritesOfParticlesThatDoNotMoveIsChecked) {
+  MELTSIM_NEEDS_BACKEND();
+  if (backend() == Backend::cuda) GTEST_SKIP() << "the stage below runs on the host";
+  for (const char* after : {"spatial.neighbours", "step.integrate"})
+    for (const char* where : {"velocity", "position", "volume"})
+      for (const std::uint32_t tag : {0u, tag_fixed, tag_removed}) {
+        SCOPED_TRACE(std::string(after) + ", " + where + ", tag " + std::to_string(tag));
+        Nonsense n{after, where, tag};
+        World w = three_bodies();
+        const auto good = *w.state_hash();
+        CustomStage stage;
+        stage.name = "spoil";
+        stage.run = write_nonsense;
+        stage.user = &n;
+        stage.writes = {"position", "velocity"};
+        require(w.scheduler().insert_after(after, stage));
+        require(w.step(1e-4));
+        if (std::string(after) == "step.integrate") {
+          EXPECT_FALSE(w.synchronize().halted);
+          expect_error(w.snapshot(), where);
+          expect_error(w.save(), where);
+          require(w.step(1e-4));
+          EXPECT_TRUE(w.synchronize().halted);
+          continue;
+        }
+        const StepResult r = w.synchronize();
+        EXPECT_TRUE(r.halted);
+        EXPECT_NE(r.halt_reason.find(where), std::string::npos) << r.halt_reason;
+        EXPECT_EQ(*w.state_hash(), good);
+        const auto bytes = w.snapshot();
+        require(bytes);
+        EXPECT_TRUE(w.restore(bytes->data(), bytes->size()));
+      }
+}
+
 // What one World made is no name for what another has at that place; a bare index is.
 TEST(Errors, MaterialsOfAnotherWorldAreRefused) {
   WorldDesc d;
