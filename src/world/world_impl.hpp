@@ -593,6 +593,7 @@ class WorldImpl final : public Scheduler {
   int widest_half_width(const MaterialDesc& m) const;
   double asked_modulus_rate(const MaterialDesc& m) const;
   double modulus_rate_of(const MaterialDesc& m) const;
+  double wanted_spring(const MaterialDesc& m) const;
   double stiffness_in_liquid(const MaterialDesc& m) const;
   int half_width_of(const MaterialDesc& m) const;
   int half_width_of(const BodyRecord& body) const;
