@@ -394,7 +394,8 @@ class MELTSIM_API World {
   /// Hash of the State channels in order of id: equal states give equal hashes on every backend.
   Result<std::uint64_t> state_hash();
 
-  /// Returns the State channels, versioned and checksummed, for restore().
+  /// Returns the State channels, versioned and checksummed, for restore(). Errors also: halted, where a custom stage wrote what is not finite
+  /// behind the check of the sub-step.
   Result<std::vector<std::uint8_t>> snapshot();
   /// Replaces the state by a snapshot of a World with the same materials and layout of bodies (load_saved() brings bodies along), on any backend. On
   /// error the World is unchanged. Settings are the World's, a WorldDesc::sound_speed too; a derived one is at least that of the
