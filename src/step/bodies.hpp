@@ -214,11 +214,12 @@ struct PushUnitsBody {
 
 template <class T>
 struct MassOfBodyBody {
-  ReachOfBodyBody<T> of;
+  Frame<T> w;
+  core::PushArguments a;
   MELTSIM_HD core::MassCounts operator()(std::uint64_t i) const {
     core::MassCounts s;
-    if (of.takes_part(i))
-      s.count(of.w.f.push->units, static_cast<double>(of.w.f.mass[i]), place_in_body(of.w, i, of.a.vertex));
+    if (ReachOfBodyBody<T>{w, a}.takes_part(i))
+      s.count(w.f.push->units, static_cast<double>(w.f.mass[i]), place_in_body(w, i, a.vertex));
     return s;
   }
 };

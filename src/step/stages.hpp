@@ -94,9 +94,8 @@ void look(E& ex, const core::Frame<T>& w, bool sized, core::SoundLook* to) {
 /// Between sub-steps; not a stage.
 template <class E, class T>
 void push(E& ex, const core::Frame<T>& w, const core::PushArguments& a) {
-  const ReachOfBodyBody<T> of{w, a};
-  ex.reduce(w.particles, of, &w.f.push->reach, PushUnitsBody<T>{w});
-  ex.reduce(w.particles, MassOfBodyBody<T>{of}, &w.f.push->counts, MakePushBody<T>{w, a});
+  ex.reduce(w.particles, ReachOfBodyBody<T>{w, a}, &w.f.push->reach, PushUnitsBody<T>{w});
+  ex.reduce(w.particles, MassOfBodyBody<T>{w, a}, &w.f.push->counts, MakePushBody<T>{w, a});
   ex.for_each(w.particles, PushBody<T>{w, a});
 }
 
