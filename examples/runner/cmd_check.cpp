@@ -362,10 +362,12 @@ class Check {
          span + fmt::format("{:.0f} steps of {:.4g} s{}, stable dt {:.4g} s at rest",
                             std::ceil(time.end / dt - 1e-6), dt,
                             substeps > 1 ? fmt::format(" in {:.0f} sub-steps each", substeps) : "", stable));
-    if (substeps > scene_.world.max_substeps) {
-      warn(fmt::format("dt {:g} s needs {:.0f} sub-steps, more than solver.max_substeps {}; try dt {:.2g}",
-                       dt, substeps, scene_.world.max_substeps, stable * scene_.world.max_substeps));
-    }
+    if (substeps > scene_.world.max_substeps)
+      warn(fmt::format(
+          "time.dt: {:g} s needs {:.0f} sub-steps of at most {:.6g} s, more than solver.max_substeps {}; use "
+          "time.dt {:g}",
+          dt, substeps, stable, scene_.world.max_substeps,
+          rounded_down(stable * scene_.world.max_substeps, 2)));
     if (std::abs(dt - wanted) > 1e-9 * wanted) {
       warn(fmt::format("dt {:g} s does not divide the frame interval {:g} s; a run uses {:.6g} s", wanted,
                        frame, dt));

@@ -546,6 +546,18 @@ emitters:
                 run = ["run", *scene, f"{bound}={most}", "--steps", "1", "--export", "none", "--out", f"{name}{refused}"]
                 self.meltsim(*run, code=2 if refused else 0)
 
+    def test_the_step_that_check_advises_needs_no_more_sub_steps(self):
+        """Two digits of 0.002396 s are 0.0024 when they are rounded to the nearest: one sub-step more than there may be."""
+        scene = [SCENE, "--set", "solver.max_substeps=1", "--set", "time.dt=0.1", "--set", "time.fps=10", "--set"]
+        for sound in ("30", "40", "47", "55"):
+            with self.subTest(sound=sound):
+                said = self.check(*scene, "solver.sound_speed=" + sound)
+                dt = re.search(r"warning: time.dt: 0.1 s needs \d+ sub-steps of at most \S+ s, more than solver.max_substeps 1; use "
+                               r"time.dt (\S+)\n", said)[1]
+                self.assertNotIn("max_substeps", self.check(*scene, "solver.sound_speed=" + sound, "--set", "time.dt=" + dt))
+                self.meltsim("run", *scene, "solver.sound_speed=" + sound, "--set", "time.dt=" + dt, "--steps", "1", "--backend", "cpu",
+                             "--out", "run" + sound)
+
     def test_a_trial_that_ends_early_is_a_warning(self):
         """A body whose way leads through the floor ends the trial of `check`; `run` refuses it before anything is written."""
         melts = ["--set", "time.end=1", "--set", "bodies[0].motion=kinematic", "--set", "bodies[0].velocity=[0, -1, 0]", "--set",
