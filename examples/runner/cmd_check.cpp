@@ -32,8 +32,6 @@ namespace {
 constexpr double pi = 3.14159265358979323846;
 // Steps are timed for so long, the first one left out: it prepares what others use.
 constexpr double timing_s = 0.4;
-// A trial that was broken off with less than this share melted says nothing of how the melting goes on.
-constexpr double telling = 0.05;
 
 // A scene that begins empty is filled with so many particles, for so long at most, before anything of it is measured.
 constexpr double enough_particles = 1000, filling_s = 2;
@@ -481,39 +479,10 @@ class Check {
   void print_melting(const std::optional<Rehearsal>& rehearsal) {
     if (!rehearsal) return;
     const char* name = built_.melts ? "melting" : "dissolving";
-    if (!rehearsal->untried.empty()) {
-      line(name, "not estimated: " + rehearsal->untried);
-      return;
-    }
-    const double end = scene_.time.end, until = rehearsal->until, melted = rehearsal->melted_at(until);
-    const std::string coarse =
-        rehearsal->coarseness > 1
-            ? fmt::format(" with particles {:.2g} times as large", rehearsal->coarseness)
-            : "";
-    const std::string how = " (tried" + coarse + ")";
-    if (!rehearsal->stopped.empty()) {
-      line(name, fmt::format("not estimated: a trial{} came to t={:.3g} s only", coarse, until));
-      warn(fmt::format("a trial{} {}; the run is likely to end so, too", coarse, rehearsal->stopped));
-      return;
-    }
-    const bool broken_off = until < end * (1 - 1e-6) && melted < 1;
-    if (broken_off && melted < telling) {
-      line(name, fmt::format("{:.2g} % of the solid by t={:.2g} s{}; beyond that it was not tried",
-                             100 * melted, until, how));
-      return;
-    }
-    const double share = rehearsal->melted_at(end), all = rehearsal->time_of(1);
-    const char* verb = built_.melts ? "melts" : "dissolves";
-    std::string text;
-    if (share >= 1) text = fmt::format("everything {} by about t={:.2g} s", verb, all);
-    else if (share < 0.005) text = fmt::format("next to nothing {} by t={:g} s", verb, end);
-    else text = fmt::format("about {:.2g} % of the solid by t={:g} s", 100 * share, end);
-    const double most = most_that_melts();
-    if (share >= telling && share < 1 && std::isfinite(all) && most >= 1)
-      text += fmt::format(", all of it by about t={:.2g} s", all);
-    // Half a percent of the solid is next to nothing.
-    if (share < most - 0.005) text += fmt::format("; {} makes it faster", pace_keys(built_));
-    line(name, text + how);
+    line(name, melting_text(*rehearsal, built_, scene_.time.end, most_that_melts()));
+    if (!rehearsal->stopped.empty())
+      warn(fmt::format("a trial{} {}; the run is likely to end so, too", rehearsal->with(),
+                       rehearsal->stopped));
   }
 
   /// [s] The end of a run, which may come when everything has melted.

@@ -99,5 +99,37 @@ TEST(Paths, AWayThatMayEndSoonerIsWarnedOf) {
   EXPECT_EQ(said_of({"bodies[1].material=ice"}).find("warning: cut.yaml:12:110: bodies[1].velocity: "), 0u);
 }
 
+/// A trial that came to 0.8 s with a tenth melted.
+Rehearsal broken_off() {
+  Rehearsal seen;
+  seen.melting = {{0, 0}, {0.4, 0.05}, {0.8, 0.1}};
+  seen.until = 0.8;
+  return seen;
+}
+
+TEST(Rehearsal, SaysHowFarATrialWentAndWhatOfItIsExtrapolated) {
+  const Scene scene = parse({"bodies[1].velocity=[0, 0, 0]"});
+  const Built built = build_world(scene, cpu());
+  Rehearsal seen = broken_off();
+  EXPECT_EQ(melting_text(seen, built, 2, 1),
+            "about 25 % of the solid by t=2 s, all of it by about t=8 s; heat.time_scale makes it faster "
+            "(extrapolated: tried to t=0.8 s, when 10 % had melted)");
+  EXPECT_EQ(melting_text(seen, built, 20, 1),
+            "everything melts by about t=8 s (extrapolated: tried to t=0.8 s, when 10 % had melted)");
+  seen.coarseness = 2;
+  EXPECT_EQ(
+      melting_text(seen, built, 0.8, 1),
+      "about 10 % of the solid by t=0.8 s, all of it by about t=8 s (extrapolated); heat.time_scale makes "
+      "it faster (tried with particles 2 times as large)");
+  seen.melting = {{0, 0}, {0.8, 0.01}};
+  EXPECT_EQ(
+      melting_text(seen, built, 2, 1),
+      "1 % of the solid by t=0.8 s (tried with particles 2 times as large to t=0.8 s); beyond that it was "
+      "not tried");
+  seen.melting = {{0, 0}, {0.8, 1}};
+  EXPECT_EQ(melting_text(seen, built, 2, 1),
+            "everything melts by about t=0.8 s (tried with particles 2 times as large)");
+}
+
 }  // namespace
 }  // namespace runner
