@@ -13,6 +13,7 @@
 #include "check_units.hpp"
 #include "commands.hpp"
 #include "expect.hpp"
+#include "explicit_heat.hpp"
 #include "heat_balance.hpp"
 #include "meltsim/physics/artificial_viscosity.hpp"
 #include "meltsim/physics/flow_curve.hpp"
@@ -165,7 +166,7 @@ class Check {
   /// Sub-step that the scene takes at rest [s]; what a step of a scene needs is in proportion to it, rounded up.
   double substep() const {
     const double stable = built_.world.stable_dt(), frame = 1 / scene_.time.fps;
-    if (scene_.time.adaptive) return stable;
+    if (scene_.time.adaptive) return std::min({stable, frame, scene_.time.dt.value_or(frame)});
     const double dt = fixed_frame_dt(0, frame, scene_.time.dt.value_or(automatic_dt(stable, frame)));
     return dt / std::max(1.0, std::ceil(dt / stable - 1e-9));
   }
@@ -349,6 +350,8 @@ class Check {
           100 * efficiency, stable));
     const std::string span = fmt::format("to t={:g} s{}, {:g} frames per second; ", time.end,
                                          time.until_melted ? " or until melted" : "", time.fps);
+    if (const std::string warning = explicit_heat_warning(scene_, built_.world, substep()); !warning.empty())
+      warn(warning);
     if (time.adaptive) {
       line("time", span + fmt::format("adaptive, stable dt {:.4g} s at rest", stable));
       return;

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// What `check` finds out ahead of a run: how a trial went, and where bodies are carried out of the domain.
+// What `check` finds out ahead of a run: how a trial went, where bodies are carried out of the domain, and
+// whether explicit heat is stable.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <string>
 #include <vector>
 
 #include "build_world.hpp"
 #include "check_paths.hpp"
+#include "explicit_heat.hpp"
 #include "failure.hpp"
 #include "load_scene.hpp"
 #include "rehearsal.hpp"
@@ -129,6 +132,41 @@ TEST(Rehearsal, SaysHowFarATrialWentAndWhatOfItIsExtrapolated) {
   seen.melting = {{0, 0}, {0.8, 1}};
   EXPECT_EQ(melting_text(seen, built, 2, 1),
             "everything melts by about t=0.8 s (tried with particles 2 times as large)");
+}
+
+// The block is three spacings of 0.1 m wide; liquid fills the domain from wall to wall.
+const std::string bath = R"(meltsim: 1
+domain: {min: [0, 0, 0], max: [0.8, 1.2, 0.8], walls: box}
+particles: {spacing: 0.1}
+time: {end: 0.5, fps: 10}
+heat: {model: enthalpy, time_scale: 1e5}
+materials:
+  water: {density: 1000, viscosity: 0.1}
+  ice: {density: 917, conductivity: 2.2, heat_capacity: 2100, melting_point: 0, latent_heat: 3.34e5, becomes: water}
+fluids:
+  - {shape: {box: [[0,0,0],[0.8,0.4,0.8]]}, material: water, temperature: 40}
+  - {shape: {box: [[0,0.2,0],[0.8,0.5,0.8]]}, material: water, temperature: 50}
+bodies:
+  - {name: block, material: ice, temperature: -10, shape: {box: [[0.2,0.6,0.2],[0.5,0.9,0.5]]}}
+output: {export: []}
+)";
+
+TEST(ExplicitHeat, IsWarnedOfBeyondItsStableStep) {
+  const Scene other = parse_scene(bath, "bath.yaml", "", {});
+  const Scene scene = parse_scene(bath, "bath.yaml", "", {"heat.model=iwasaki", "heat.time_scale=1e8"});
+  Built built = build_world(scene, cpu()), enthalpy = build_world(other, cpu());
+  EXPECT_TRUE(std::isinf(explicit_heat_dt(other, enthalpy.world)));
+  EXPECT_EQ(explicit_heat_cure(other, enthalpy.world), "");
+  const double stable = explicit_heat_dt(scene, built.world);
+  EXPECT_EQ(explicit_heat_warning(scene, built.world, 0.99 * stable), "");
+  EXPECT_NE(explicit_heat_warning(scene, built.world, 1.01 * stable).find("heat.model: iwasaki in steps of "),
+            std::string::npos);
+  // The flag of the library is up beyond it.
+  for (const double share : {0.95, 1.05}) {
+    Built run = build_world(scene, cpu());
+    ASSERT_TRUE(run.world.step(share * stable));
+    EXPECT_EQ(run.world.synchronize().heat_bound_exceeded, share > 1) << share;
+  }
 }
 
 }  // namespace

@@ -558,6 +558,25 @@ emitters:
                 self.meltsim("run", *scene, "solver.sound_speed=" + sound, "--set", "time.dt=" + dt, "--steps", "1", "--backend", "cpu",
                              "--out", "run" + sound)
 
+    def test_explicit_heat_that_diverges_is_told_what_helps(self):
+        """A shorter step does, and a lower time_scale; `check` knows beforehand, and what it advises runs to the end."""
+        hot = [SCENE, "--set", "heat.model=iwasaki", "--set", "heat.time_scale=1e9", "--set", "emitters=[]", "--set"]
+        said = self.check(*hot, "time.end=0.2")
+        advised = re.search(r"warning: heat.model: iwasaki in steps of \S+ s is likely to diverge: .*; use time.dt (\S+), "
+                            r"heat.time_scale (\S+), or heat.model: enthalpy\n", said)
+        self.assertTrue(advised, said)
+        failed = self.meltsim("run", *hot, "time.end=0.2", "--backend", "cpu", "--out", "run", code=3).stderr
+        self.assertRegex(failed, r"warning: heat was exchanged faster than an explicit step allows; heat.model iwasaki is explicit, and "
+                                 r"stable in sub-steps of at most \S+ s at heat.time_scale 1e\+09: use time.dt " + re.escape(advised[1]))
+        self.assertRegex(failed, r"checkpoint.bin; heat.model iwasaki is explicit, .*: use time.dt \S+, a lower heat.time_scale, or "
+                                 r"heat.model: enthalpy\n$")
+        self.assertNotIn("max_stages", failed)
+        for name, change in (("dt", "time.dt=" + advised[1]), ("slow", "heat.time_scale=" + advised[2])):
+            said = self.check(*hot, "time.end=0.005", "--set", change)
+            self.assertNotIn("likely to diverge", said)
+            self.assertNotIn("heat was exchanged", self.meltsim("run", *hot, "time.end=0.005", "--set", change, "--backend", "cpu",
+                                                                "--out", name).stderr)
+
     def test_a_trial_that_ends_early_is_a_warning(self):
         """A body whose way leads through the floor ends the trial of `check`; `run` refuses it before anything is written."""
         melts = ["--set", "time.end=1", "--set", "bodies[0].motion=kinematic", "--set", "bodies[0].velocity=[0, -1, 0]", "--set",
