@@ -19,6 +19,7 @@
 #include "meltsim/physics/flow_curve.hpp"
 #include "meltsim/physics/surface_tension.hpp"
 #include "meltsim/physics/viscous_diffusion.hpp"
+#include "missing_mass.hpp"
 #include "numbers.hpp"
 #include "rehearsal.hpp"
 #include "run_directory.hpp"
@@ -58,6 +59,7 @@ class Check {
         balance_(heat_balance(built)),
         verbose_(verbose) {
     for (const std::string& warning : scene.warnings) warn(warning);
+    for (const std::string& warning : missing_mass(scene, built)) warn(warning);
     if (now_.solid > 0)
       for (const std::string& warning : softer_than_asked(built)) warn(warning);
   }
@@ -348,10 +350,10 @@ class Check {
           "heat.model paper delivers {:.0f} % of the diffusivity asked for at a sub-step of {:.4g} s; "
           "its energy drifts (thermal_J in stats.csv). heat.model: enthalpy delivers all of it",
           100 * efficiency, stable));
-    const std::string span = fmt::format("to t={:g} s{}, {:g} frames per second; ", time.end,
-                                         time.until_melted ? " or until melted" : "", time.fps);
     if (const std::string warning = explicit_heat_warning(scene_, built_.world, substep()); !warning.empty())
       warn(warning);
+    const std::string span = fmt::format("to t={:g} s{}, {:g} frames per second; ", time.end,
+                                         time.until_melted ? " or until melted" : "", time.fps);
     if (time.adaptive) {
       line("time", span + fmt::format("adaptive, stable dt {:.4g} s at rest", stable));
       return;

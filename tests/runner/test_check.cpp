@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// What `check` finds out ahead of a run: how a trial went, where bodies are carried out of the domain, and
-// whether explicit heat is stable.
+// What `check` finds out ahead of a run: how a trial went, where bodies are carried out of the domain, what mass particles lack, and whether
+// explicit heat is stable.
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <regex>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,7 @@
 #include "explicit_heat.hpp"
 #include "failure.hpp"
 #include "load_scene.hpp"
+#include "missing_mass.hpp"
 #include "rehearsal.hpp"
 
 namespace runner {
@@ -134,6 +136,19 @@ TEST(Rehearsal, SaysHowFarATrialWentAndWhatOfItIsExtrapolated) {
             "everything melts by about t=0.8 s (tried with particles 2 times as large)");
 }
 
+TEST(MissingMass, VolumesOfShapesAreKnownToAPercent) {
+  constexpr double points = 1e6, pi = 3.14159265358979323846;
+  const meltsim::Shape ball = meltsim::Shape::sphere({1, 2, 3}, 0.37),
+                       plate = meltsim::Shape::box({0, 0, 0}, {1, 0.0731, 0.9}),
+                       cup =
+                           meltsim::Shape::subtract(meltsim::Shape::box({0, 0, 0}, {1, 1, 1}),
+                                                    meltsim::Shape::box({0.03, 0.03, 0.03}, {0.97, 1, 0.97}));
+  EXPECT_NEAR(volume_of(ball, points) / (4 * pi / 3 * std::pow(0.37, 3)), 1, 0.01);
+  EXPECT_NEAR(volume_of(plate, points) / (0.0731 * 0.9), 1, 0.01);
+  EXPECT_NEAR(volume_of(cup, points) / (1 - 0.94 * 0.94 * 0.97), 1, 0.02);
+  EXPECT_EQ(volume_of(meltsim::Shape(), points), 0);
+}
+
 // The block is three spacings of 0.1 m wide; liquid fills the domain from wall to wall.
 const std::string bath = R"(meltsim: 1
 domain: {min: [0, 0, 0], max: [0.8, 1.2, 0.8], walls: box}
@@ -150,6 +165,38 @@ bodies:
   - {name: block, material: ice, temperature: -10, shape: {box: [[0.2,0.6,0.2],[0.5,0.9,0.5]]}}
 output: {export: []}
 )";
+
+std::vector<std::string> missing_at(const std::vector<std::string>& set) {
+  const Scene scene = parse_scene(bath, "bath.yaml", "", set);
+  Built built = build_world(scene, cpu());
+  return missing_mass(scene, built);
+}
+
+TEST(MissingMass, IsNamedWithTheSpacingThatFits) {
+  const std::string one = "fluids=[{shape: {box: [[0,0,0],[0.8,0.4,0.8]]}, material: water}]";
+  EXPECT_EQ(missing_at({}), std::vector<std::string>{});  // nor does liquid that was there already count
+  const std::vector<std::string> warnings = missing_at({one, "particles.spacing=0.13"});
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_EQ(
+      warnings[0],
+      "bath.yaml:13:5: bodies[0].shape: the particles of \"block\" have 16.1 kg, 35 % less than its volume "
+      "times density, 24.8 kg: particles.spacing 0.13 does not fit it; use particles.spacing 0.1, which "
+      "fits every body and liquid");
+  EXPECT_EQ(missing_at({one, "particles.spacing=0.1"}), std::vector<std::string>{});
+}
+
+TEST(MissingMass, IsThatOfLiquidsToo) {
+  const std::string ice = "bodies=[]",
+                    flat = "fluids=[{shape: {box: [[0,0,0],[0.8,0.26,0.8]]}, material: water}]";
+  const std::vector<std::string> warnings = missing_at({ice, flat, "particles.spacing=0.1"});
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_NE(warnings[0].find("have 192 kg, 15 % more than its volume times density, 16"), std::string::npos)
+      << warnings[0];
+  const std::regex advised("use particles.spacing (\\S+), which");
+  std::smatch match;
+  ASSERT_TRUE(std::regex_search(warnings[0], match, advised)) << warnings[0];
+  EXPECT_EQ(missing_at({ice, flat, "particles.spacing=" + match[1].str()}), std::vector<std::string>{});
+}
 
 TEST(ExplicitHeat, IsWarnedOfBeyondItsStableStep) {
   const Scene other = parse_scene(bath, "bath.yaml", "", {});

@@ -309,9 +309,10 @@ emitters:
         self.assertIn("four_densities", names)
         for name in names:
             with self.subTest(scene=name):
-                # Coarser particles do not resolve how wax and honey hold together, which is said rightly. No warning comes
-                # from the rehearsal, whose time goes with the end of the run.
-                lines = self.check(name, "--scale", "1" if name in ("candle", "honey") else "0.5",
+                # Coarser particles do not resolve how wax and honey hold together, nor small bodies, which is said rightly. No
+                # warning comes from the rehearsal, whose time goes with the end of the run.
+                own = ("candle", "honey", "scaling", "spheric2", "sugar_cube", "weir")
+                lines = self.check(name, "--scale", "1" if name in own else "0.5",
                                    "--set", "time.end=0.02").splitlines()
                 self.assertEqual(lines[-1], "ok; --verbose says more")
                 self.assertLessEqual(len(lines), 13, lines)  # butter has tension and a yield stress
@@ -576,6 +577,16 @@ emitters:
             self.assertNotIn("likely to diverge", said)
             self.assertNotIn("heat was exchanged", self.meltsim("run", *hot, "time.end=0.005", "--set", change, "--backend", "cpu",
                                                                 "--out", name).stderr)
+
+    def test_check_and_run_warn_of_mass_that_particles_lack(self):
+        """A block 0.8 m wide and 0.4 m high at a spacing of 0.3 m; with the one that is advised there is no warning."""
+        coarse = [SCENE, "--backend", "cpu", "--set", "emitters=[]", "--set"]
+        warning = r'warning: \S+: bodies\[0\].shape: the particles of "block" have \S+ kg, \d+ % (less|more) than its volume times density, ' \
+                  r'235 kg: particles.spacing 0.26 does not fit it; use particles.spacing (\S+), which fits every body and liquid\n'
+        found = re.search(warning, self.meltsim("check", *coarse, "particles.spacing=0.26").stdout)
+        self.assertTrue(found)
+        self.assertRegex(self.meltsim("run", *coarse, "particles.spacing=0.26", "--steps", "1", "--out", "run").stderr, warning)
+        self.assertNotIn("does not fit", self.meltsim("check", *coarse, "particles.spacing=" + found[2]).stdout)
 
     def test_a_trial_that_ends_early_is_a_warning(self):
         """A body whose way leads through the floor ends the trial of `check`; `run` refuses it before anything is written."""
