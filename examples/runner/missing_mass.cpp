@@ -199,8 +199,10 @@ std::vector<std::string> missing_mass(const Scene& scene, Built& built) {
   std::vector<std::string> warnings;
   if (wrong.empty()) return warnings;
   const std::optional<double> spacing = fitting_spacing(scene, parts);
+  const bool changed = std::fabs(scene.given_spacing / scene.world.spacing - 1) > 1e-6;
   const std::string advice =
-      spacing ? fmt::format("use particles.spacing {:g}, which fits every body and liquid", *spacing)
+      spacing ? fmt::format("use particles.spacing {:g}{}, which fits every body and liquid", *spacing,
+                            changed ? " and no --scale or --quality" : "")
               : "use a much smaller particles.spacing, or sizes and places of whole spacings";
   for (const Part* part : wrong) {
     if (warnings.size() == most_warnings) break;

@@ -15,6 +15,7 @@
 #include "load_scene.hpp"
 #include "missing_mass.hpp"
 #include "rehearsal.hpp"
+#include "resolution.hpp"
 
 namespace runner {
 namespace {
@@ -183,6 +184,12 @@ TEST(MissingMass, IsNamedWithTheSpacingThatFits) {
       "times density, 24.8 kg: particles.spacing 0.13 does not fit it; use particles.spacing 0.1, which "
       "fits every body and liquid");
   EXPECT_EQ(missing_at({one, "particles.spacing=0.1"}), std::vector<std::string>{});
+  Scene scaled = parse_scene(bath, "bath.yaml", "", {one});
+  apply_spacing(scaled, 0.13);
+  Built built = build_world(scaled, cpu());
+  const std::string scale =
+      "use particles.spacing 0.1 and no --scale or --quality, which fits every body and liquid";
+  EXPECT_NE(missing_mass(scaled, built).at(0).find(scale), std::string::npos);
 }
 
 TEST(MissingMass, IsThatOfLiquidsToo) {
