@@ -3,11 +3,11 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
 #include <optional>
 
 #include "expect.hpp"
 #include "failure.hpp"
+#include "numbers.hpp"
 
 namespace runner {
 
@@ -41,12 +41,6 @@ std::optional<Exit> way_out(const meltsim::DomainDesc& domain, const meltsim::Bo
   return first;
 }
 
-/// Two digits, rounded down: what is said to be short or slow enough is.
-double round_down(double value) {
-  const double digit = std::pow(10, std::floor(std::log10(value)) - 1);
-  return std::floor(value / digit * (1 + 1e-12)) * digit;
-}
-
 }  // namespace
 
 std::vector<std::string> check_paths(const Scene& scene, Built& built, double end) {
@@ -69,7 +63,7 @@ std::vector<std::string> check_paths(const Scene& scene, Built& built, double en
         "before time.end {:g} s: the run would be refused there; use time.end {:.2g} or less, a "
         "velocity of at most {:.2g} of this one, or a domain with more room",
         where, body.source.path, v.x, v.y, v.z, piece.name, face_names[exit->face], now + exit->after, end,
-        round_down(now + exit->after), round_down(exit->after / (end - now)));
+        rounded_down(now + exit->after, 2), rounded_down(exit->after / (end - now), 2));
     if (!scene.time.until_melted && !built.body_melts.at(piece.body.index))
       throw Failure(ExitCode::scene, text);
     warnings.push_back(text);

@@ -13,11 +13,13 @@
 #include "check_units.hpp"
 #include "commands.hpp"
 #include "expect.hpp"
+#include "explicit_heat.hpp"
 #include "heat_balance.hpp"
 #include "meltsim/physics/artificial_viscosity.hpp"
 #include "meltsim/physics/flow_curve.hpp"
 #include "meltsim/physics/surface_tension.hpp"
 #include "meltsim/physics/viscous_diffusion.hpp"
+#include "missing_mass.hpp"
 #include "numbers.hpp"
 #include "rehearsal.hpp"
 #include "run_directory.hpp"
@@ -32,8 +34,6 @@ namespace {
 constexpr double pi = 3.14159265358979323846;
 // Steps are timed for so long, the first one left out: it prepares what others use.
 constexpr double timing_s = 0.4;
-// A trial that was broken off with less than this share melted says nothing of how the melting goes on.
-constexpr double telling = 0.05;
 
 // A scene that begins empty is filled with so many particles, for so long at most, before anything of it is measured.
 constexpr double enough_particles = 1000, filling_s = 2;
@@ -59,6 +59,7 @@ class Check {
         balance_(heat_balance(built)),
         verbose_(verbose) {
     for (const std::string& warning : scene.warnings) warn(warning);
+    for (const std::string& warning : missing_mass(scene, built)) warn(warning);
     if (now_.solid > 0)
       for (const std::string& warning : softer_than_asked(built)) warn(warning);
   }
@@ -167,7 +168,7 @@ class Check {
   /// Sub-step that the scene takes at rest [s]; what a step of a scene needs is in proportion to it, rounded up.
   double substep() const {
     const double stable = built_.world.stable_dt(), frame = 1 / scene_.time.fps;
-    if (scene_.time.adaptive) return stable;
+    if (scene_.time.adaptive) return std::min({stable, frame, scene_.time.dt.value_or(frame)});
     const double dt = fixed_frame_dt(0, frame, scene_.time.dt.value_or(automatic_dt(stable, frame)));
     return dt / std::max(1.0, std::ceil(dt / stable - 1e-9));
   }
@@ -349,6 +350,8 @@ class Check {
           "heat.model paper delivers {:.0f} % of the diffusivity asked for at a sub-step of {:.4g} s; "
           "its energy drifts (thermal_J in stats.csv). heat.model: enthalpy delivers all of it",
           100 * efficiency, stable));
+    if (const std::string warning = explicit_heat_warning(scene_, built_.world, substep()); !warning.empty())
+      warn(warning);
     const std::string span = fmt::format("to t={:g} s{}, {:g} frames per second; ", time.end,
                                          time.until_melted ? " or until melted" : "", time.fps);
     if (time.adaptive) {
@@ -362,10 +365,12 @@ class Check {
          span + fmt::format("{:.0f} steps of {:.4g} s{}, stable dt {:.4g} s at rest",
                             std::ceil(time.end / dt - 1e-6), dt,
                             substeps > 1 ? fmt::format(" in {:.0f} sub-steps each", substeps) : "", stable));
-    if (substeps > scene_.world.max_substeps) {
-      warn(fmt::format("dt {:g} s needs {:.0f} sub-steps, more than solver.max_substeps {}; try dt {:.2g}",
-                       dt, substeps, scene_.world.max_substeps, stable * scene_.world.max_substeps));
-    }
+    if (substeps > scene_.world.max_substeps)
+      warn(fmt::format(
+          "time.dt: {:g} s needs {:.0f} sub-steps of at most {:.6g} s, more than solver.max_substeps {}; use "
+          "time.dt {:g}",
+          dt, substeps, stable, scene_.world.max_substeps,
+          rounded_down(stable * scene_.world.max_substeps, 2)));
     if (std::abs(dt - wanted) > 1e-9 * wanted) {
       warn(fmt::format("dt {:g} s does not divide the frame interval {:g} s; a run uses {:.6g} s", wanted,
                        frame, dt));
@@ -479,39 +484,10 @@ class Check {
   void print_melting(const std::optional<Rehearsal>& rehearsal) {
     if (!rehearsal) return;
     const char* name = built_.melts ? "melting" : "dissolving";
-    if (!rehearsal->untried.empty()) {
-      line(name, "not estimated: " + rehearsal->untried);
-      return;
-    }
-    const double end = scene_.time.end, until = rehearsal->until, melted = rehearsal->melted_at(until);
-    const std::string coarse =
-        rehearsal->coarseness > 1
-            ? fmt::format(" with particles {:.2g} times as large", rehearsal->coarseness)
-            : "";
-    const std::string how = " (tried" + coarse + ")";
-    if (!rehearsal->stopped.empty()) {
-      line(name, fmt::format("not estimated: a trial{} came to t={:.3g} s only", coarse, until));
-      warn(fmt::format("a trial{} {}; the run is likely to end so, too", coarse, rehearsal->stopped));
-      return;
-    }
-    const bool broken_off = until < end * (1 - 1e-6) && melted < 1;
-    if (broken_off && melted < telling) {
-      line(name, fmt::format("{:.2g} % of the solid by t={:.2g} s{}; beyond that it was not tried",
-                             100 * melted, until, how));
-      return;
-    }
-    const double share = rehearsal->melted_at(end), all = rehearsal->time_of(1);
-    const char* verb = built_.melts ? "melts" : "dissolves";
-    std::string text;
-    if (share >= 1) text = fmt::format("everything {} by about t={:.2g} s", verb, all);
-    else if (share < 0.005) text = fmt::format("next to nothing {} by t={:g} s", verb, end);
-    else text = fmt::format("about {:.2g} % of the solid by t={:g} s", 100 * share, end);
-    const double most = most_that_melts();
-    if (share >= telling && share < 1 && std::isfinite(all) && most >= 1)
-      text += fmt::format(", all of it by about t={:.2g} s", all);
-    // Half a percent of the solid is next to nothing.
-    if (share < most - 0.005) text += fmt::format("; {} makes it faster", pace_keys(built_));
-    line(name, text + how);
+    line(name, melting_text(*rehearsal, built_, scene_.time.end, most_that_melts()));
+    if (!rehearsal->stopped.empty())
+      warn(fmt::format("a trial{} {}; the run is likely to end so, too", rehearsal->with(),
+                       rehearsal->stopped));
   }
 
   /// [s] The end of a run, which may come when everything has melted.

@@ -4,19 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
+
+#include "explicit_heat.hpp"
+#include "numbers.hpp"
 
 namespace runner {
-
-namespace {
-
-/// One significant digit, rounded down: a step to try.
-double round_down(double value) {
-  const double digit = std::pow(10, std::floor(std::log10(value)));
-  return std::floor(value / digit * (1 + 1e-12)) * digit;
-}
-
-}  // namespace
 
 std::string halt_text(const std::string& reason) {
   const std::size_t colon = reason.find(": ");
@@ -44,6 +36,11 @@ std::string halt_advice(const Scene& scene, meltsim::World& world, const meltsim
   double limit = dt / 2;
   if (stable > 0) limit = std::min(limit, stable);
   if (speed > 0) limit = std::min(limit, scene.world.courant * world.resolved().support_radius / speed);
+  const bool heat =
+      (result.heat_bound_exceeded && result.halt_reason.find("not finite") != std::string::npos) ||
+      result.halt_reason.find("enthalpy is not finite") != std::string::npos;
+  const std::string cure = heat ? explicit_heat_cure(scene, world) : "";
+  if (!cure.empty()) return cure;
   const bool numbers =
       result.halt_reason.find("not finite") != std::string::npos || !(limit > worth_trying * dt);
   if (numbers) {
@@ -51,7 +48,7 @@ std::string halt_advice(const Scene& scene, meltsim::World& world, const meltsim
            "for "
            "things that overlap or stand in a wall";
   }
-  limit = round_down(limit / coarseness);
+  limit = rounded_down(limit / coarseness, 1);
   return scene.time.adaptive ? fmt::format("try time.dt {:g} or a smaller solver.courant", limit)
                              : fmt::format("try dt {:g} or stepping: adaptive", limit);
 }

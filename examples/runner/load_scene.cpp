@@ -188,6 +188,7 @@ Scene parse_scene(const std::string& text, const std::string& file, const std::s
     scene.where = root.where();
     if (const auto title = root.find("title")) scene.title = title->text("text");
     load_sections(root, scene);
+    scene.given_spacing = scene.world.spacing;
     return scene;
   } catch (const YAML::Exception& error) {
     throw Failure(ExitCode::scene, fmt::format("{}: {}", file, error.what()));

@@ -56,6 +56,11 @@ std::optional<double> parse_share(const std::string& text) {
   return share > 0 && share <= 1 ? std::optional<double>(share) : std::nullopt;
 }
 
+double rounded_down(double value, int digits) {
+  const double last = std::pow(10, std::floor(std::log10(value)) - digits + 1);
+  return std::floor(value / last * (1 + 1e-12)) * last;
+}
+
 std::string bytes_text(double bytes) {
   if (bytes < 1e3) return fmt::format("{:.0f} B", bytes);
   if (bytes < 1e6) return fmt::format("{:.1f} kB", bytes / 1e3);

@@ -15,6 +15,9 @@ std::optional<double> parse_share(const std::string& text);
 /// The whole text as a whole number, or nothing.
 std::optional<std::int64_t> parse_integer(const std::string& text);
 
+/// The largest number of so many significant digits that is no larger: a limit that still holds when it is typed in. value > 0.
+double rounded_down(double value, int digits);
+
 std::string bytes_text(double bytes);       ///< "4.2 GB"
 std::string duration_text(double seconds);  ///< "1 min 20 s"
 std::string count_text(std::uint64_t n);    ///< "12,345"

@@ -24,6 +24,8 @@ using Clock = std::chrono::steady_clock;
 constexpr double work_limit = 1e6, seconds_limit = 5;
 // A body of fewer particles, three along each edge of a cube, melts as no body of the scene does.
 constexpr double least_particles = 27;
+// A trial that was broken off with less than this share melted says nothing of how the melting goes on.
+constexpr double telling = 0.05;
 
 double count(const meltsim::StepResult& now) { return static_cast<double>(now.fluid + now.solid); }
 
@@ -97,6 +99,44 @@ double Rehearsal::time_of(double share) const {
     (melted_at(middle) < share ? low : high) = middle;
   }
   return high;
+}
+
+std::string Rehearsal::with() const {
+  return coarseness > 1 ? fmt::format(" with particles {:.2g} times as large", coarseness) : "";
+}
+
+namespace {
+
+/// The share that goes until `end`, and when all of it will have.
+std::string share_text(const Rehearsal& seen, const Built& built, double end, double most, bool broken_off) {
+  const double share = seen.melted_at(end), all = seen.time_of(1);
+  const char* verb = built.melts ? "melts" : "dissolves";
+  std::string text;
+  if (share >= 1) text = fmt::format("everything {} by about t={:.2g} s", verb, all);
+  else if (share < 0.005) text = fmt::format("next to nothing {} by t={:g} s", verb, end);
+  else text = fmt::format("about {:.2g} % of the solid by t={:g} s", 100 * share, end);
+  if (share >= telling && share < 1 && std::isfinite(all) && most >= 1)
+    text += fmt::format(", all of it by about t={:.2g} s{}", all, broken_off ? "" : " (extrapolated)");
+  // Half a percent of the solid is next to nothing.
+  if (share < most - 0.005) text += fmt::format("; {} makes it faster", pace_keys(built));
+  return text;
+}
+
+}  // namespace
+
+std::string melting_text(const Rehearsal& seen, const Built& built, double end, double most) {
+  if (!seen.untried.empty()) return "not estimated: " + seen.untried;
+  const double until = seen.until, melted = seen.melted_at(until);
+  if (!seen.stopped.empty())
+    return fmt::format("not estimated: a trial{} came to t={:.3g} s only", seen.with(), until);
+  const bool broken_off = until < end * (1 - 1e-6) && melted < 1;
+  if (!broken_off) return fmt::format("{} (tried{})", share_text(seen, built, end, most, false), seen.with());
+  const std::string how = fmt::format("tried{} to t={:.2g} s", seen.with(), until);
+  if (melted < telling)
+    return fmt::format("{:.2g} % of the solid by t={:.2g} s ({}); beyond that it was not tried", 100 * melted,
+                       until, how);
+  return fmt::format("{} (extrapolated: {}, when {:.2g} % had {})", share_text(seen, built, end, most, true),
+                     how, 100 * melted, built.melts ? "melted" : "dissolved");
 }
 
 Rehearsal rehearse(const Scene& scene, Built& built) {

@@ -26,7 +26,13 @@ struct Rehearsal {
   double melted_at(double time) const;
   /// Estimated time at which this share has melted; infinite where nothing melts.
   double time_of(double share) const;
+  /// " with particles 2 times as large", or nothing where it was tried with the scene's own.
+  std::string with() const;
 };
+
+/// What `check` says of it: how much melts until `end` [s], how far that was tried, and what of it is extrapolated.
+/// most: share of the solid that can melt at all.
+std::string melting_text(const Rehearsal& seen, const Built& built, double end, double most);
 
 /// Tries a scene in which something can melt. Takes a few seconds at most.
 Rehearsal rehearse(const Scene& scene, Built& built);

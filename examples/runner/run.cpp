@@ -11,6 +11,7 @@
 #include "failure.hpp"
 #include "files.hpp"
 #include "interrupt.hpp"
+#include "missing_mass.hpp"
 #include "resumed_scene.hpp"
 #include "scene_json.hpp"
 
@@ -83,6 +84,7 @@ void Run::resolve_dt() {
 }
 
 void Run::begin() {
+  for (const std::string& warning : missing_mass(scene_, built_)) log_.warn(warning);
   recorder_.emplace(scene_, directory_, built_, frames_until(planned_end()), nullptr, wants_still(),
                     options_.page);
   state_.meltable = built_.meltable;

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "csv.hpp"
+#include "explicit_heat.hpp"
 #include "failure.hpp"
 #include "files.hpp"
 #include "halt.hpp"
@@ -30,7 +31,10 @@ void Run::warn_about(const meltsim::StepResult& result, std::uint64_t next_frame
   if (result.courant_exceeded)
     log_.warn("something moved further than 0.4 support radii in one sub-step; lower dt");
   if (result.heat_bound_exceeded) {
-    log_.warn("heat was exchanged faster than its stage bound allows; raise heat.max_stages or lower dt");
+    const std::string cure = explicit_heat_cure(scene_, built_.world);
+    log_.warn("heat was exchanged faster than " +
+              (cure.empty() ? "its stage bound allows; raise heat.max_stages or lower dt"
+                            : "an explicit step allows; " + cure));
   }
   if (result.viscous_bound_exceeded)
     log_.warn("momentum diffused faster than the stages of viscosity allow: liquid is crowded; lower dt");

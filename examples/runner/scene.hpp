@@ -133,6 +133,7 @@ struct Scene {
   std::string text;                   ///< of a scene from standard input, which cannot be read twice
   std::vector<std::string> warnings;  ///< what looks like a slip: "where: path: ..."
   meltsim::WorldDesc world;
+  double given_spacing = 0;  ///< [m] as the scene has it, ahead of options that change it
   SceneTime time;
   std::vector<SceneMaterial> materials;
   std::vector<SceneFluid> fluids;

@@ -32,7 +32,7 @@ solver:
   gravity: [0, -9.81, 0]         # m/s^2, y is up
   sound_speed: auto              # m/s; auto = ten times the fastest motion that gravity can cause
 
-# A ball of ice of 0.6 m would melt for days: heat runs faster than motion, as in a time lapse.
+# A ball of ice of 0.64 m would melt for days: heat runs faster than motion, as in a time lapse.
 heat:
   model: enthalpy                # none | paper | enthalpy
   time_scale: 2.0e+5             # <- change this first: 10 times less melts 10 times as slowly, 1 is real time
@@ -59,7 +59,7 @@ fluids:
 
 bodies:
   - name: block
-    shape: {sphere: {center: [1, 1.2, 1], radius: 0.3}}
+    shape: {sphere: {center: [1, 1.2, 1], radius: 0.32}}
     material: ice
     temperature: -10
 

@@ -1,15 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// What `check` finds out ahead of a run: how a trial went, and where bodies are carried out of the domain.
+// What `check` finds out ahead of a run: how a trial went, where bodies are carried out of the domain, what mass particles lack, and whether
+// explicit heat is stable.
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <regex>
 #include <string>
 #include <vector>
 
 #include "build_world.hpp"
 #include "check_paths.hpp"
+#include "explicit_heat.hpp"
 #include "failure.hpp"
 #include "load_scene.hpp"
+#include "missing_mass.hpp"
 #include "rehearsal.hpp"
+#include "resolution.hpp"
 
 namespace runner {
 namespace {
@@ -97,6 +103,124 @@ TEST(Paths, AWayThroughAWallIsRefusedBeforeTheRun) {
 TEST(Paths, AWayThatMayEndSoonerIsWarnedOf) {
   EXPECT_EQ(said_of({"time.end_when=melted"}).find("warning: cut.yaml:12:110: bodies[1].velocity: "), 0u);
   EXPECT_EQ(said_of({"bodies[1].material=ice"}).find("warning: cut.yaml:12:110: bodies[1].velocity: "), 0u);
+}
+
+/// A trial that came to 0.8 s with a tenth melted.
+Rehearsal broken_off() {
+  Rehearsal seen;
+  seen.melting = {{0, 0}, {0.4, 0.05}, {0.8, 0.1}};
+  seen.until = 0.8;
+  return seen;
+}
+
+TEST(Rehearsal, SaysHowFarATrialWentAndWhatOfItIsExtrapolated) {
+  const Scene scene = parse({"bodies[1].velocity=[0, 0, 0]"});
+  const Built built = build_world(scene, cpu());
+  Rehearsal seen = broken_off();
+  EXPECT_EQ(melting_text(seen, built, 2, 1),
+            "about 25 % of the solid by t=2 s, all of it by about t=8 s; heat.time_scale makes it faster "
+            "(extrapolated: tried to t=0.8 s, when 10 % had melted)");
+  EXPECT_EQ(melting_text(seen, built, 20, 1),
+            "everything melts by about t=8 s (extrapolated: tried to t=0.8 s, when 10 % had melted)");
+  seen.coarseness = 2;
+  EXPECT_EQ(
+      melting_text(seen, built, 0.8, 1),
+      "about 10 % of the solid by t=0.8 s, all of it by about t=8 s (extrapolated); heat.time_scale makes "
+      "it faster (tried with particles 2 times as large)");
+  seen.melting = {{0, 0}, {0.8, 0.01}};
+  EXPECT_EQ(
+      melting_text(seen, built, 2, 1),
+      "1 % of the solid by t=0.8 s (tried with particles 2 times as large to t=0.8 s); beyond that it was "
+      "not tried");
+  seen.melting = {{0, 0}, {0.8, 1}};
+  EXPECT_EQ(melting_text(seen, built, 2, 1),
+            "everything melts by about t=0.8 s (tried with particles 2 times as large)");
+}
+
+TEST(MissingMass, VolumesOfShapesAreKnownToAPercent) {
+  constexpr double points = 1e6, pi = 3.14159265358979323846;
+  const meltsim::Shape ball = meltsim::Shape::sphere({1, 2, 3}, 0.37),
+                       plate = meltsim::Shape::box({0, 0, 0}, {1, 0.0731, 0.9}),
+                       cup =
+                           meltsim::Shape::subtract(meltsim::Shape::box({0, 0, 0}, {1, 1, 1}),
+                                                    meltsim::Shape::box({0.03, 0.03, 0.03}, {0.97, 1, 0.97}));
+  EXPECT_NEAR(volume_of(ball, points) / (4 * pi / 3 * std::pow(0.37, 3)), 1, 0.01);
+  EXPECT_NEAR(volume_of(plate, points) / (0.0731 * 0.9), 1, 0.01);
+  EXPECT_NEAR(volume_of(cup, points) / (1 - 0.94 * 0.94 * 0.97), 1, 0.02);
+  EXPECT_EQ(volume_of(meltsim::Shape(), points), 0);
+}
+
+// The block is three spacings of 0.1 m wide; liquid fills the domain from wall to wall.
+const std::string bath = R"(meltsim: 1
+domain: {min: [0, 0, 0], max: [0.8, 1.2, 0.8], walls: box}
+particles: {spacing: 0.1}
+time: {end: 0.5, fps: 10}
+heat: {model: enthalpy, time_scale: 1e5}
+materials:
+  water: {density: 1000, viscosity: 0.1}
+  ice: {density: 917, conductivity: 2.2, heat_capacity: 2100, melting_point: 0, latent_heat: 3.34e5, becomes: water}
+fluids:
+  - {shape: {box: [[0,0,0],[0.8,0.4,0.8]]}, material: water, temperature: 40}
+  - {shape: {box: [[0,0.2,0],[0.8,0.5,0.8]]}, material: water, temperature: 50}
+bodies:
+  - {name: block, material: ice, temperature: -10, shape: {box: [[0.2,0.6,0.2],[0.5,0.9,0.5]]}}
+output: {export: []}
+)";
+
+std::vector<std::string> missing_at(const std::vector<std::string>& set) {
+  const Scene scene = parse_scene(bath, "bath.yaml", "", set);
+  Built built = build_world(scene, cpu());
+  return missing_mass(scene, built);
+}
+
+TEST(MissingMass, IsNamedWithTheSpacingThatFits) {
+  const std::string one = "fluids=[{shape: {box: [[0,0,0],[0.8,0.4,0.8]]}, material: water}]";
+  EXPECT_EQ(missing_at({}), std::vector<std::string>{});  // nor does liquid that was there already count
+  const std::vector<std::string> warnings = missing_at({one, "particles.spacing=0.13"});
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_EQ(
+      warnings[0],
+      "bath.yaml:13:5: bodies[0].shape: the particles of \"block\" have 16.1 kg, 35 % less than its volume "
+      "times density, 24.8 kg: particles.spacing 0.13 does not fit it; use particles.spacing 0.1, which "
+      "fits every body and liquid");
+  EXPECT_EQ(missing_at({one, "particles.spacing=0.1"}), std::vector<std::string>{});
+  Scene scaled = parse_scene(bath, "bath.yaml", "", {one});
+  apply_spacing(scaled, 0.13);
+  Built built = build_world(scaled, cpu());
+  const std::string scale =
+      "use particles.spacing 0.1 and no --scale or --quality, which fits every body and liquid";
+  EXPECT_NE(missing_mass(scaled, built).at(0).find(scale), std::string::npos);
+}
+
+TEST(MissingMass, IsThatOfLiquidsToo) {
+  const std::string ice = "bodies=[]",
+                    flat = "fluids=[{shape: {box: [[0,0,0],[0.8,0.26,0.8]]}, material: water}]";
+  const std::vector<std::string> warnings = missing_at({ice, flat, "particles.spacing=0.1"});
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_NE(warnings[0].find("have 192 kg, 15 % more than its volume times density, 16"), std::string::npos)
+      << warnings[0];
+  const std::regex advised("use particles.spacing (\\S+), which");
+  std::smatch match;
+  ASSERT_TRUE(std::regex_search(warnings[0], match, advised)) << warnings[0];
+  EXPECT_EQ(missing_at({ice, flat, "particles.spacing=" + match[1].str()}), std::vector<std::string>{});
+}
+
+TEST(ExplicitHeat, IsWarnedOfBeyondItsStableStep) {
+  const Scene other = parse_scene(bath, "bath.yaml", "", {});
+  const Scene scene = parse_scene(bath, "bath.yaml", "", {"heat.model=iwasaki", "heat.time_scale=1e8"});
+  Built built = build_world(scene, cpu()), enthalpy = build_world(other, cpu());
+  EXPECT_TRUE(std::isinf(explicit_heat_dt(other, enthalpy.world)));
+  EXPECT_EQ(explicit_heat_cure(other, enthalpy.world), "");
+  const double stable = explicit_heat_dt(scene, built.world);
+  EXPECT_EQ(explicit_heat_warning(scene, built.world, 0.99 * stable), "");
+  EXPECT_NE(explicit_heat_warning(scene, built.world, 1.01 * stable).find("heat.model: iwasaki in steps of "),
+            std::string::npos);
+  // The flag of the library is up beyond it.
+  for (const double share : {0.95, 1.05}) {
+    Built run = build_world(scene, cpu());
+    ASSERT_TRUE(run.world.step(share * stable));
+    EXPECT_EQ(run.world.synchronize().heat_bound_exceeded, share > 1) << share;
+  }
 }
 
 }  // namespace

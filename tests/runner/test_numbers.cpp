@@ -34,6 +34,13 @@ TEST(Numbers, ForPeople) {
   EXPECT_EQ(percent_text(1), "100.0 %");
 }
 
+TEST(Numbers, ALimitThatIsPrintedIsNoLargerThanItIs) {
+  EXPECT_DOUBLE_EQ(rounded_down(0.00239626, 2), 0.0023);
+  EXPECT_DOUBLE_EQ(rounded_down(0.0025, 2), 0.0025);  // 0.0025 / 0.0001 is a little less than 25
+  EXPECT_DOUBLE_EQ(rounded_down(987, 1), 900);
+  EXPECT_DOUBLE_EQ(rounded_down(1, 3), 1);
+}
+
 TEST(Suggest, CountsSwapsAsOne) {
   EXPECT_EQ(edit_distance("viscocity", "viscosity"), 1u);
   EXPECT_EQ(edit_distance("cdua", "cuda"), 1u);

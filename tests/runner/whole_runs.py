@@ -309,9 +309,10 @@ emitters:
         self.assertIn("four_densities", names)
         for name in names:
             with self.subTest(scene=name):
-                # Coarser particles do not resolve how wax and honey hold together, which is said rightly. No warning comes
-                # from the rehearsal, whose time goes with the end of the run.
-                lines = self.check(name, "--scale", "1" if name in ("candle", "honey") else "0.5",
+                # Coarser particles do not resolve how wax and honey hold together, nor small bodies, which is said rightly. No
+                # warning comes from the rehearsal, whose time goes with the end of the run.
+                own = ("candle", "honey", "scaling", "spheric2", "sugar_cube", "weir")
+                lines = self.check(name, "--scale", "1" if name in own else "0.5",
                                    "--set", "time.end=0.02").splitlines()
                 self.assertEqual(lines[-1], "ok; --verbose says more")
                 self.assertLessEqual(len(lines), 13, lines)  # butter has tension and a yield stress
@@ -545,6 +546,47 @@ emitters:
                 self.assertEqual("will be refused" in said.stdout + said.stderr, refused)
                 run = ["run", *scene, f"{bound}={most}", "--steps", "1", "--export", "none", "--out", f"{name}{refused}"]
                 self.meltsim(*run, code=2 if refused else 0)
+
+    def test_the_step_that_check_advises_needs_no_more_sub_steps(self):
+        """Two digits of 0.002396 s are 0.0024 when they are rounded to the nearest: one sub-step more than there may be."""
+        scene = [SCENE, "--set", "solver.max_substeps=1", "--set", "time.dt=0.1", "--set", "time.fps=10", "--set"]
+        for sound in ("30", "40", "47", "55"):
+            with self.subTest(sound=sound):
+                said = self.check(*scene, "solver.sound_speed=" + sound)
+                dt = re.search(r"warning: time.dt: 0.1 s needs \d+ sub-steps of at most \S+ s, more than solver.max_substeps 1; use "
+                               r"time.dt (\S+)\n", said)[1]
+                self.assertNotIn("max_substeps", self.check(*scene, "solver.sound_speed=" + sound, "--set", "time.dt=" + dt))
+                self.meltsim("run", *scene, "solver.sound_speed=" + sound, "--set", "time.dt=" + dt, "--steps", "1", "--backend", "cpu",
+                             "--out", "run" + sound)
+
+    def test_explicit_heat_that_diverges_is_told_what_helps(self):
+        """A shorter step does, and a lower time_scale; `check` knows beforehand, and what it advises runs to the end."""
+        hot = [SCENE, "--set", "heat.model=iwasaki", "--set", "heat.time_scale=1e9", "--set", "emitters=[]", "--set"]
+        said = self.check(*hot, "time.end=0.2")
+        advised = re.search(r"warning: heat.model: iwasaki in steps of \S+ s is likely to diverge: .*; use time.dt (\S+), "
+                            r"heat.time_scale (\S+), or heat.model: enthalpy\n", said)
+        self.assertTrue(advised, said)
+        failed = self.meltsim("run", *hot, "time.end=0.2", "--backend", "cpu", "--out", "run", code=3).stderr
+        self.assertRegex(failed, r"warning: heat was exchanged faster than an explicit step allows; heat.model iwasaki is explicit, and "
+                                 r"stable in sub-steps of at most \S+ s at heat.time_scale 1e\+09: use time.dt " + re.escape(advised[1]))
+        self.assertRegex(failed, r"checkpoint.bin; heat.model iwasaki is explicit, .*: use time.dt \S+, a lower heat.time_scale, or "
+                                 r"heat.model: enthalpy\n$")
+        self.assertNotIn("max_stages", failed)
+        for name, change in (("dt", "time.dt=" + advised[1]), ("slow", "heat.time_scale=" + advised[2])):
+            said = self.check(*hot, "time.end=0.005", "--set", change)
+            self.assertNotIn("likely to diverge", said)
+            self.assertNotIn("heat was exchanged", self.meltsim("run", *hot, "time.end=0.005", "--set", change, "--backend", "cpu",
+                                                                "--out", name).stderr)
+
+    def test_check_and_run_warn_of_mass_that_particles_lack(self):
+        """A block 0.8 m wide and 0.4 m high at a spacing of 0.3 m; with the one that is advised there is no warning."""
+        coarse = [SCENE, "--backend", "cpu", "--set", "emitters=[]", "--set"]
+        warning = r'warning: \S+: bodies\[0\].shape: the particles of "block" have \S+ kg, \d+ % (less|more) than its volume times density, ' \
+                  r'235 kg: particles.spacing 0.26 does not fit it; use particles.spacing (\S+), which fits every body and liquid\n'
+        found = re.search(warning, self.meltsim("check", *coarse, "particles.spacing=0.26").stdout)
+        self.assertTrue(found)
+        self.assertRegex(self.meltsim("run", *coarse, "particles.spacing=0.26", "--steps", "1", "--out", "run").stderr, warning)
+        self.assertNotIn("does not fit", self.meltsim("check", *coarse, "particles.spacing=" + found[2]).stdout)
 
     def test_a_trial_that_ends_early_is_a_warning(self):
         """A body whose way leads through the floor ends the trial of `check`; `run` refuses it before anything is written."""
