@@ -55,10 +55,10 @@ void check_dt(const Scene& scene, const Built& built) {
   const double substeps = std::ceil(dt / stable - 1e-9);
   if (substeps <= scene.world.max_substeps) return;
   throw Failure(ExitCode::scene,
-                fmt::format("{}: time.dt: {:g} s needs {:.0f} sub-steps of at most {:.3g} s, more than "
-                            "solver.max_substeps {}; use dt {:.2g}, or stepping: adaptive",
+                fmt::format("{}: time.dt: {:g} s needs {:.0f} sub-steps of at most {:.6g} s, more than "
+                            "solver.max_substeps {}; use time.dt {:g}, or stepping: adaptive",
                             scene.time.dt_where, *scene.time.dt, substeps, stable, scene.world.max_substeps,
-                            std::min(1 / scene.time.fps, 0.99 * stable * scene.world.max_substeps)));
+                            rounded_down(stable * scene.world.max_substeps, 2)));
 }
 
 /// Settings chosen for an error, and what they were chosen from.
