@@ -22,9 +22,10 @@ namespace {
 constexpr double most_off = 0.125;
 // What a spacing that is advised comes to; and how far below the present one it is looked for.
 constexpr double fits = 0.05, least_share = 0.5;
-// Points looked at for the volumes of all shapes, and lattice points for all spacings that are tried: tenths of a second.
-constexpr double volume_points = 2e6, trial_points = 1e7;
-constexpr int shifts = 127;
+// Points looked at for the volumes of all shapes: every run pays for them, and for a walk through the triangles of every mesh per shift. And
+// lattice points for all spacings that are tried, where something does not fit.
+constexpr double volume_points = 4e5, trial_points = 1e7;
+constexpr int shifts = 13;
 constexpr std::size_t most_warnings = 3;
 
 /// A body or a liquid as it is in the scene, and what its particles take up.
@@ -161,12 +162,12 @@ std::string text_of(const Part& part, double spacing, const std::string& advice)
   const bool mass = part.density > 0;
   const double scale = mass ? part.density : 1;
   return fmt::format(
-      "{}: {}.shape: the particles of {} have {:.3g} {}, {:.0f} % {} than its {}, {:.3g} {}: "
+      "{}: {}.shape: the particles of {} have {:.3g} {}, {:.0f} % {} than its {}, {} {}: "
       "particles.spacing "
       "{:g} does not fit it; {}",
       part.source->where, part.source->path, part.name, scale * part.particles, mass ? "kg" : "m^3",
       100 * std::fabs(part.off()), part.off() < 0 ? "less" : "more", mass ? "volume times density" : "shape",
-      scale * part.volume, mass ? "kg" : "m^3", spacing, advice);
+      two_digits(scale * part.volume), mass ? "kg" : "m^3", spacing, advice);
 }
 
 }  // namespace
@@ -177,8 +178,8 @@ double volume_of(const meltsim::Shape& shape, double points) {
   const double bounds = size.x * size.y * size.z;
   if (!(bounds > 0)) return 0;
   const double step = std::cbrt(bounds * shifts / std::max(points, double(shifts)));
-  // Multiples of 1, 29 and 29^2 modulo 127 lie evenly in a cube, and perfectly so along each axis.
-  constexpr int factors[] = {1, 29, 79};
+  // Multiples of 1, 5 and 12 modulo 13 lie evenly in a cube, and perfectly so along each axis.
+  constexpr int factors[] = {1, 5, 12};
   double sum = 0;
   for (int k = 0; k < shifts; ++k) {
     const auto shift = [&](int axis) { return (k * factors[axis] % shifts + 0.5) / shifts * step; };

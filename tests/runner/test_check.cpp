@@ -181,7 +181,7 @@ TEST(MissingMass, IsNamedWithTheSpacingThatFits) {
   EXPECT_EQ(
       warnings[0],
       "bath.yaml:13:5: bodies[0].shape: the particles of \"block\" have 16.1 kg, 35 % less than its volume "
-      "times density, 24.8 kg: particles.spacing 0.13 does not fit it; use particles.spacing 0.1, which "
+      "times density, 25 kg: particles.spacing 0.13 does not fit it; use particles.spacing 0.1, which "
       "fits every body and liquid");
   EXPECT_EQ(missing_at({one, "particles.spacing=0.1"}), std::vector<std::string>{});
   Scene scaled = parse_scene(bath, "bath.yaml", "", {one});
