@@ -25,7 +25,7 @@ constexpr double fits = 0.05, least_share = 0.5;
 // Points looked at for the volumes of all shapes: every run pays for them, and for a walk through the triangles of every mesh per shift. And
 // lattice points for all spacings that are tried, where something does not fit.
 constexpr double volume_points = 4e5, trial_points = 1e7;
-constexpr int shifts = 13;
+constexpr int shifts = 13, shifts_of_mesh = 5;
 constexpr std::size_t most_warnings = 3;
 
 /// A body or a liquid as it is in the scene, and what its particles take up.
@@ -33,6 +33,7 @@ struct Part {
   const Source* source;
   std::string name;  ///< for people
   meltsim::Shape shape;
+  bool mesh;             ///< one that is slow to ask
   bool fills;            ///< its cells are stretched from wall to wall
   double density;        ///< [kg/m^3]; 0: differs with temperature or contents
   double particles = 0;  ///< [m^3] of its particles
@@ -81,7 +82,7 @@ std::vector<Part> bodies_of(const Scene& scene, Built& built) {
     const bool fixed = body.desc.fixed || body.desc.motion == meltsim::Motion::fixed;
     const double density = body.density.value_or(material->desc.density);
     parts.push_back({&body.source, fmt::format("\"{}\"", body.desc.name), body.desc.shape,
-                     fixed && body.desc.growth == 0, density, mass[i] / density});
+                     body.shape.mesh != 0, fixed && body.desc.growth == 0, density, mass[i] / density});
   }
   return parts;
 }
@@ -96,8 +97,11 @@ std::vector<Part> liquids_of(const Scene& scene, const Built& built) {
     const auto material = std::find_if(scene.materials.begin(), scene.materials.end(),
                                        [&](const SceneMaterial& m) { return m.desc.name == fluid.material; });
     const bool same = material->desc.density_points.empty() && fluid.fractions.empty();
-    Part part{&fluid.source, "the liquid",
-              before.empty() ? shape : meltsim::Shape::subtract(shape, meltsim::Shape::unite(before)), true,
+    Part part{&fluid.source,
+              "the liquid",
+              before.empty() ? shape : meltsim::Shape::subtract(shape, meltsim::Shape::unite(before)),
+              fluid.shape.mesh != 0,
+              true,
               same ? material->desc.density : 0};
     part.particles = static_cast<double>(built.fluid_particles[i]) *
                      cell_volume(scene.world.domain, part, scene.world.spacing);
@@ -172,21 +176,21 @@ std::string text_of(const Part& part, double spacing, const std::string& advice)
 
 }  // namespace
 
-double volume_of(const meltsim::Shape& shape, double points) {
+double volume_of(const meltsim::Shape& shape, double points, int lattices) {
   const meltsim::Box b = shape.bounds();
   const meltsim::Vec3d size = b.max - b.min;
   const double bounds = size.x * size.y * size.z;
   if (!(bounds > 0)) return 0;
-  const double step = std::cbrt(bounds * shifts / std::max(points, double(shifts)));
-  // Multiples of 1, 5 and 12 modulo 13 lie evenly in a cube, and perfectly so along each axis.
-  constexpr int factors[] = {1, 5, 12};
+  const double step = std::cbrt(bounds * lattices / std::max(points, double(lattices)));
+  // Multiples of 1, 2 and 4 lie evenly in a cube, modulo 13 and modulo 5, and perfectly so along each axis.
+  constexpr int factors[] = {1, 2, 4};
   double sum = 0;
-  for (int k = 0; k < shifts; ++k) {
-    const auto shift = [&](int axis) { return (k * factors[axis] % shifts + 0.5) / shifts * step; };
+  for (int k = 0; k < lattices; ++k) {
+    const auto shift = [&](int axis) { return (k * factors[axis] % lattices + 0.5) / lattices * step; };
     const meltsim::Vec3d origin = b.min - meltsim::Vec3d{shift(0), shift(1), shift(2)};
     sum += static_cast<double>(shape.lattice_points(origin, step).size());
   }
-  return sum / shifts * step * step * step;
+  return sum / lattices * step * step * step;
 }
 
 std::vector<std::string> missing_mass(const Scene& scene, Built& built) {
@@ -194,7 +198,8 @@ std::vector<std::string> missing_mass(const Scene& scene, Built& built) {
   parts.insert(parts.end(), liquids.begin(), liquids.end());
   std::vector<const Part*> wrong;
   for (Part& part : parts)
-    part.volume = volume_of(part.shape, volume_points / static_cast<double>(parts.size()));
+    part.volume = volume_of(part.shape, volume_points / static_cast<double>(parts.size()),
+                            part.mesh ? shifts_of_mesh : shifts);
   for (const Part& part : parts)
     if (part.volume > 0 && std::fabs(part.off()) > most_off) wrong.push_back(&part);
   std::vector<std::string> warnings;
