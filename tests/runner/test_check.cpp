@@ -147,7 +147,7 @@ TEST(MissingMass, VolumesOfShapesAreKnownToAPercent) {
   for (const int lattices : {5, 13}) {
     EXPECT_NEAR(volume_of(ball, points, lattices) / (4 * pi / 3 * std::pow(0.37, 3)), 1, 0.01);
     EXPECT_NEAR(volume_of(plate, points, lattices) / (0.0731 * 0.9), 1, 0.01);
-    // Its walls are 0.03 m thick; lattices of a step of 0.014 or 0.017 m are shifted by a fifth or a 13th of that.
+    // Its walls are 0.03 m thick; lattices of a step of 0.017 or 0.024 m are shifted by a fifth or a 13th of that.
     EXPECT_NEAR(volume_of(cup, points, lattices) / (1 - 0.94 * 0.94 * 0.97), 1, lattices == 5 ? 0.04 : 0.02);
   }
   EXPECT_EQ(volume_of(meltsim::Shape(), points, 13), 0);
