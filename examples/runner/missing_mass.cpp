@@ -166,7 +166,7 @@ std::string text_of(const Part& part, double spacing, const std::string& advice)
   const bool mass = part.density > 0;
   const double scale = mass ? part.density : 1;
   return fmt::format(
-      "{}: {}.shape: the particles of {} have {:.3g} {}, {:.0f} % {} than its {}, {} {}: "
+      "{}: {}.shape: the particles of {} have {:.3g} {}, {:.0f} % {} than its {}, about {} {}: "
       "particles.spacing "
       "{:g} does not fit it; {}",
       part.source->where, part.source->path, part.name, scale * part.particles, mass ? "kg" : "m^3",
