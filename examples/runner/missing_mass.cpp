@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <functional>
 #include <optional>
@@ -12,6 +11,7 @@
 
 #include "expect.hpp"
 #include "numbers.hpp"
+#include "resolution.hpp"
 
 namespace runner {
 
@@ -40,34 +40,6 @@ struct Part {
   double volume = 0;     ///< [m^3] of its shape
   double off() const { return particles / volume - 1; }
 };
-
-/// A length that whole cells fill, where that is within an eighth of the spacing: as the library stretches them.
-double filling(double length, double spacing) {
-  const double fitted = length / std::floor(length / spacing + 0.49);
-  return std::isfinite(fitted) && std::fabs(fitted / spacing - 1) <= 0.125 ? fitted : spacing;
-}
-
-/// Lengths of the domain, from wall to wall or over a period, that a part fills; 0 where it does not.
-std::array<double, 3> filled(const meltsim::DomainDesc& d, const Part& part, double spacing) {
-  const meltsim::Box b = part.shape.bounds();
-  const double low[] = {b.min.x, b.min.y, b.min.z}, high[] = {b.max.x, b.max.y, b.max.z},
-               from[] = {d.min.x, d.min.y, d.min.z}, to[] = {d.max.x, d.max.y, d.max.z};
-  std::array<double, 3> lengths{};
-  for (std::size_t a = 0; a < 3 && part.fills && d.bounded; ++a) {
-    const bool open = d.faces[2 * a] == meltsim::Face::open || d.faces[2 * a + 1] == meltsim::Face::open;
-    if (!open && low[a] < from[a] + 1e-3 * spacing && high[a] > to[a] - 1e-3 * spacing)
-      lengths[a] = to[a] - from[a];
-  }
-  return lengths;
-}
-
-/// Volume of the cell around a particle [m^3].
-double cell_volume(const meltsim::DomainDesc& d, const Part& part, double spacing) {
-  double volume = 1;
-  for (const double length : filled(d, part, spacing))
-    volume *= length > 0 ? filling(length, spacing) : spacing;
-  return volume;
-}
 
 std::vector<Part> bodies_of(const Scene& scene, Built& built) {
   std::vector<double> mass(scene.bodies.size(), 0);
@@ -104,7 +76,7 @@ std::vector<Part> liquids_of(const Scene& scene, const Built& built) {
               true,
               same ? material->desc.density : 0};
     part.particles = static_cast<double>(built.fluid_particles[i]) *
-                     cell_volume(scene.world.domain, part, scene.world.spacing);
+                     cell_volume(scene.world.domain, part.shape, part.fills, scene.world.spacing);
     parts.push_back(part);
     before.push_back(shape);
   }
@@ -115,8 +87,8 @@ std::vector<Part> liquids_of(const Scene& scene, const Built& built) {
 double worst_at(const meltsim::DomainDesc& domain, const std::vector<Part>& parts, double spacing) {
   double worst = 0;
   for (const Part& part : parts) {
-    const auto points = static_cast<double>(part.shape.lattice_points(domain.min, spacing).size());
-    worst = std::max(worst, std::fabs(points * cell_volume(domain, part, spacing) / part.volume - 1));
+    const double volume = volume_of_particles(domain, part.shape, part.fills, spacing);
+    worst = std::max(worst, std::fabs(volume / part.volume - 1));
   }
   return worst;
 }
@@ -144,7 +116,8 @@ std::optional<double> fitting_spacing(const Scene& scene, const std::vector<Part
   double volume = 0, points = 0, best = most_off;
   for (const Part& part : parts) {
     volume += part.volume;
-    for (const double length : filled(scene.world.domain, part, scene.world.spacing))
+    for (const double length :
+         filled_lengths(scene.world.domain, part.shape, part.fills, scene.world.spacing))
       if (length > 0) lengths.push_back(length);
   }
   std::optional<double> found;
@@ -175,23 +148,6 @@ std::string text_of(const Part& part, double spacing, const std::string& advice)
 }
 
 }  // namespace
-
-double volume_of(const meltsim::Shape& shape, double points, int lattices) {
-  const meltsim::Box b = shape.bounds();
-  const meltsim::Vec3d size = b.max - b.min;
-  const double bounds = size.x * size.y * size.z;
-  if (!(bounds > 0)) return 0;
-  const double step = std::cbrt(bounds * lattices / std::max(points, double(lattices)));
-  // Multiples of 1, 2 and 4 lie evenly in a cube, modulo 13 and modulo 5, and perfectly so along each axis.
-  constexpr int factors[] = {1, 2, 4};
-  double sum = 0;
-  for (int k = 0; k < lattices; ++k) {
-    const auto shift = [&](int axis) { return (k * factors[axis] % lattices + 0.5) / lattices * step; };
-    const meltsim::Vec3d origin = b.min - meltsim::Vec3d{shift(0), shift(1), shift(2)};
-    sum += static_cast<double>(shape.lattice_points(origin, step).size());
-  }
-  return sum / lattices * step * step * step;
-}
 
 std::vector<std::string> missing_mass(const Scene& scene, Built& built) {
   std::vector<Part> parts = bodies_of(scene, built), liquids = liquids_of(scene, built);

@@ -9,10 +9,6 @@
 
 namespace runner {
 
-/// Volume of a shape [m^3], to about a percent: from points of many shifted lattices, so that none of its faces matters more than another.
-/// points: how many are looked at in all, over the bounds of the shape; lattices: 13, or 5 where each costs much.
-double volume_of(const meltsim::Shape& shape, double points, int lattices);
-
 /// A warning for each body and liquid of a scene at its start whose particles are more than an eighth off its shape's volume, with the
 /// particles.spacing that fits all of them. Liquid that bodies displace counts as there. After three the rest is counted.
 std::vector<std::string> missing_mass(const Scene& scene, Built& built);

@@ -11,6 +11,8 @@ namespace runner {
 namespace {
 
 constexpr double least_change = 1e-9, most_change = 0.12, rounding = 0.02;
+// Spacings by which World::add_fluid takes a shape to reach a wall.
+constexpr double touching = 1e-3;
 // Gaps in spacings that a change of the spacing by as much as itself is worth.
 constexpr double worth = 2;
 // Presets are a factor of about 4 in cost apart, in scenes without flow as well (docs/trade.md): 0.8^4 = 0.41 of the work by
@@ -48,6 +50,12 @@ double fitted(const meltsim::WorldDesc& world, double wanted) {
       if (std::fabs(s / wanted - 1) <= most_change && cost(s) < cost(best) - least_change) best = s;
     }
   return best;
+}
+
+/// A length that whole cells fill, where that is within an eighth of the spacing: as the library stretches them.
+double filling(double length, double spacing) {
+  const double fitted = length / std::floor(length / spacing + 0.49);
+  return std::isfinite(fitted) && std::fabs(fitted / spacing - 1) <= 0.125 ? fitted : spacing;
 }
 
 /// The least sound speed that liquids with surface tension allow at this spacing [m/s].
@@ -100,22 +108,48 @@ void apply_chosen_spacing(Scene& scene, double spacing) {
         static_cast<std::uint64_t>(std::ceil(static_cast<double>(emitter.desc.max_particles) / volume));
 }
 
-double volume_of_particles(const meltsim::WorldDesc& world, const meltsim::Shape& shape, bool liquid,
-                           double spacing) {
-  const meltsim::DomainDesc& d = world.domain;
-  const auto points = static_cast<double>(shape.lattice_points(d.min, spacing).size());
-  const meltsim::Box bounds = shape.bounds();
-  const double low[] = {bounds.min.x, bounds.min.y, bounds.min.z},
-               high[] = {bounds.max.x, bounds.max.y, bounds.max.z}, from[] = {d.min.x, d.min.y, d.min.z},
-               to[] = {d.max.x, d.max.y, d.max.z};
-  double volume = points * spacing * spacing * spacing;
-  for (std::size_t a = 0; a < 3 && liquid && d.bounded; ++a) {
-    const bool open = d.faces[2 * a] == meltsim::Face::open || d.faces[2 * a + 1] == meltsim::Face::open;
-    if (open || low[a] > from[a] + rounding * spacing || high[a] < to[a] - rounding * spacing) continue;
-    const double cells = (to[a] - from[a]) / spacing;
-    volume *= cells / std::max(1.0, std::ceil(cells - 0.5 - least_change));
+double volume_of(const meltsim::Shape& shape, double points, int lattices) {
+  const meltsim::Box b = shape.bounds();
+  const meltsim::Vec3d size = b.max - b.min;
+  const double bounds = size.x * size.y * size.z;
+  if (!(bounds > 0)) return 0;
+  const double step = std::cbrt(bounds * lattices / std::max(points, double(lattices)));
+  // Multiples of 1, 2 and 4 lie evenly in a cube, modulo 13 and modulo 5, and perfectly so along each axis.
+  constexpr int factors[] = {1, 2, 4};
+  double sum = 0;
+  for (int k = 0; k < lattices; ++k) {
+    const auto shift = [&](int axis) { return (k * factors[axis] % lattices + 0.5) / lattices * step; };
+    const meltsim::Vec3d origin = b.min - meltsim::Vec3d{shift(0), shift(1), shift(2)};
+    sum += static_cast<double>(shape.lattice_points(origin, step).size());
   }
+  return sum / lattices * step * step * step;
+}
+
+std::array<double, 3> filled_lengths(const meltsim::DomainDesc& d, const meltsim::Shape& shape, bool fills,
+                                     double spacing) {
+  const meltsim::Box b = shape.bounds();
+  const double low[] = {b.min.x, b.min.y, b.min.z}, high[] = {b.max.x, b.max.y, b.max.z},
+               from[] = {d.min.x, d.min.y, d.min.z}, to[] = {d.max.x, d.max.y, d.max.z};
+  std::array<double, 3> lengths{};
+  for (std::size_t a = 0; a < 3 && fills && d.bounded; ++a) {
+    const bool open = d.faces[2 * a] == meltsim::Face::open || d.faces[2 * a + 1] == meltsim::Face::open;
+    if (!open && low[a] < from[a] + touching * spacing && high[a] > to[a] - touching * spacing)
+      lengths[a] = to[a] - from[a];
+  }
+  return lengths;
+}
+
+double cell_volume(const meltsim::DomainDesc& d, const meltsim::Shape& shape, bool fills, double spacing) {
+  double volume = 1;
+  for (const double length : filled_lengths(d, shape, fills, spacing))
+    volume *= length > 0 ? filling(length, spacing) : spacing;
   return volume;
+}
+
+double volume_of_particles(const meltsim::DomainDesc& d, const meltsim::Shape& shape, bool fills,
+                           double spacing) {
+  return static_cast<double>(shape.lattice_points(d.min, spacing).size()) *
+         cell_volume(d, shape, fills, spacing);
 }
 
 }  // namespace runner

@@ -2,6 +2,8 @@
 // --scale and --quality: the same scene with coarser or finer particles.
 #pragma once
 
+#include <array>
+
 #include "options.hpp"
 #include "scene.hpp"
 
@@ -18,8 +20,19 @@ void apply_spacing(Scene& scene, double spacing);
 /// The same for a spacing that was chosen for an error: what nozzles give at most is as much liquid as before.
 void apply_chosen_spacing(Scene& scene, double spacing);
 
-/// What the particles of a shape take up [m^3]: of liquid from wall to wall as World::add_fluid fills it.
-double volume_of_particles(const meltsim::WorldDesc& world, const meltsim::Shape& shape, bool liquid,
+/// Volume of a shape [m^3], to about a percent: from points of many shifted lattices, so that none of its faces matters more than another.
+/// points: how many are looked at in all, over the bounds of the shape; lattices: 13, or 5 where each costs much.
+double volume_of(const meltsim::Shape& shape, double points, int lattices);
+
+/// Lengths of the domain that a shape reaches along from wall to wall, or over a period; 0 where it does not, or not `fills`: liquid and
+/// fixed bodies do.
+std::array<double, 3> filled_lengths(const meltsim::DomainDesc& domain, const meltsim::Shape& shape,
+                                     bool fills, double spacing);
+/// Volume of the cell around a particle [m^3]: along those lengths stretched as World::add_fluid stretches it.
+double cell_volume(const meltsim::DomainDesc& domain, const meltsim::Shape& shape, bool fills,
+                   double spacing);
+/// What the particles of a shape take up [m^3].
+double volume_of_particles(const meltsim::DomainDesc& domain, const meltsim::Shape& shape, bool fills,
                            double spacing);
 
 }  // namespace runner

@@ -100,16 +100,16 @@ Tuning::Tuning(const Scene& scene, const MachineOptions& machine, std::vector<st
   make_problem();
 }
 
-/// Volumes by a fine lattice; bodies of many particles fit any spacing. Of liquid where there are no bodies.
+/// Bodies of many particles fit any spacing. Of liquid where there are no bodies.
 void Tuning::measure_bodies() {
   constexpr std::size_t many = 4096;
+  constexpr double points = 4e5;
+  constexpr int lattices = 13;
   const auto add = [&](const SceneShape& shape, bool liquid) {
     if (shape.mesh) return;
     const std::size_t coarse = shape.shape.lattice_points(scene_.world.domain.min, spacing_).size();
     if (coarse == 0 || coarse > many) return;
-    const double fine = spacing_ / 5;
-    const auto n = static_cast<double>(shape.shape.lattice_points(scene_.world.domain.min, fine).size());
-    bodies_.push_back({&shape.shape, n * fine * fine * fine, liquid});
+    bodies_.push_back({&shape.shape, volume_of(shape.shape, points, lattices), liquid});
   };
   for (const SceneBody& body : scene_.bodies) add(body.shape, false);
   // Beside bodies, which are of fewer particles, a share of liquid more or less matters little.
@@ -127,7 +127,8 @@ double Tuning::spacing_for(double multiple) const {
   const auto score = [&](double s) {
     double sum = change_worth * std::fabs(s / wanted - 1);
     for (const Body& body : bodies_)
-      sum += std::fabs(volume_of_particles(scene_.world, *body.shape, body.liquid, s) / body.volume - 1);
+      sum +=
+          std::fabs(volume_of_particles(scene_.world.domain, *body.shape, body.liquid, s) / body.volume - 1);
     return sum;
   };
   std::vector<double> candidates;

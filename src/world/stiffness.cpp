@@ -71,9 +71,8 @@ double WorldImpl::asked_modulus_rate(const MaterialDesc& m) const {
 /// The modulus delivered for a youngs_modulus: within the bounds of liquid and of the widest regions at
 /// the largest sub-step.
 double WorldImpl::modulus_rate_of(const MaterialDesc& m) const {
-  const double asked = std::max(asked_modulus_rate(m), least_modulus_rate(m));
-  if (!std::isfinite(static_dt_)) return asked;
-  return std::min(asked, physics::region_wave_speed2(most_half_width()) / (static_dt_ * static_dt_));
+  if (!std::isfinite(static_dt_)) return std::max(asked_modulus_rate(m), least_modulus_rate(m));
+  return wanted_spring(m) / (static_dt_ * static_dt_);
 }
 
 /// Likewise of a stiffness: alpha at the step that springs go by.
