@@ -363,6 +363,77 @@ TEST(Rays, MeetTheNearestOfManyBallsAsAllPairsDo) {
   EXPECT_GT(met, 100);
 }
 
+/// How far a ray goes to a triangle, in double; infinity where it does not meet it.
+double distance_to(const Ray& ray, const Mesh& mesh, std::size_t t) {
+  const auto corner = [&](std::size_t k) {
+    return meltsim::cast<double>(mesh.position[mesh.triangles[t + k]]);
+  };
+  const meltsim::Vec3d ab = corner(1) - corner(0), ac = corner(2) - corner(0),
+                       s = meltsim::cast<double>(ray.from) - corner(0), d = meltsim::cast<double>(ray.along),
+                       p = cross(d, ac), q = cross(s, ab);
+  const double det = dot(ab, p), u = dot(s, p) / det, v = dot(d, q) / det, far = dot(ac, q) / det;
+  return det != 0 && u >= 0 && v >= 0 && u + v <= 1 && far > 0 ? far : meltsim::infinity;
+}
+
+TEST(Rays, MeetTheNearestOfMixedTrianglesAndBallsAsAllPairsDo) {
+  // Solids, liquid and balls in one place, few enough that leaves with fewer than four and of two kinds come up.
+  std::uint32_t state = 7;
+  const auto next = [&state] {
+    state = state * 1664525u + 1013904223u;
+    return static_cast<float>(state >> 8) / 16777216.0f;
+  };
+  const auto scatter = [&](Mesh& mesh, int count) {
+    for (int i = 0; i < count; ++i) {
+      const Vec3f middle{next(), next(), next()};
+      for (int k = 0; k < 3; ++k) {
+        mesh.triangles.push_back(static_cast<std::uint32_t>(mesh.position.size()));
+        mesh.position.push_back(middle + Vec3f{next() - 0.5f, next() - 0.5f, next() - 0.5f} * 0.3f);
+      }
+    }
+  };
+  FrameShapes shapes;
+  scatter(shapes.solid, 37);
+  scatter(shapes.liquid, 61);
+  for (int i = 0; i < 30; ++i) shapes.balls.push_back({{next(), next(), next()}, 0.03f, 0, 0, i % 2 == 0});
+  const Bvh bvh(shapes);
+  const auto all_pairs = [&](const Ray& ray, Seen seen) {
+    double nearest = meltsim::infinity;
+    const auto look = [&](const Mesh& mesh) {
+      for (std::size_t t = 0; t < mesh.triangles.size(); t += 3)
+        nearest = std::min(nearest, distance_to(ray, mesh, t));
+    };
+    if (seen != Seen::liquid) look(shapes.solid);
+    if (seen != Seen::solid) look(shapes.liquid);
+    for (const Ball& ball : shapes.balls) {
+      if (seen != Seen::all && ball.solid != (seen == Seen::solid)) continue;
+      FrameShapes one;
+      one.balls = {ball};
+      const Hit hit = Bvh(one).nearest(ray);  // balls alone have a test above
+      if (hit.any()) nearest = std::min(nearest, static_cast<double>(hit.distance));
+    }
+    return nearest;
+  };
+  int met = 0;
+  for (int i = 0; i < 600; ++i) {
+    const Vec3f from{3 * next() - 1, 3 * next() - 1, 3 * next() - 1}, to{next(), next(), next()};
+    Ray ray{from, (to - from) * (1 / length(to - from))};
+    // One in three along an axis, as floors and walls are looked at: a component of exactly zero, of either sign.
+    if (i % 3 == 0)
+      ray = {{next(), next(), i % 2 == 0 ? -1.0f : 2.0f}, {0, -0.0f, i % 2 == 0 ? 1.0f : -1.0f}};
+    for (const Seen seen : {Seen::all, Seen::solid, Seen::liquid}) {
+      const double nearest = all_pairs(ray, seen);
+      const Hit hit = bvh.nearest(ray, seen);
+      ASSERT_EQ(hit.any(), nearest < meltsim::infinity);
+      ASSERT_EQ(bvh.blocked(ray, seen), hit.any());
+      if (!hit.any()) continue;
+      ++met;
+      ASSERT_NEAR(hit.distance, nearest,
+                  1e-4);  // of rays some 3 long, in single precision, at grazing triangles
+    }
+  }
+  EXPECT_GT(met, 300);
+}
+
 TEST(Rays, MeetACubeAndKnowItsInside) {
   FrameShapes shapes;
   shapes.solid = cube();
