@@ -82,7 +82,9 @@ struct StageContext {
   std::uint64_t serial = 0;  ///< of World::device_state(), for World::check_view(); 0 in a custom stage
 };
 
-/// Called once per sub-step; of a recorded stage, when the sub-step is recorded.
+/// Called once per sub-step; of a recorded stage, when the sub-step is recorded. What it throws ends the step as World::interrupt() does: step()
+/// returns an Error (internal) that names the stage, and the World can go on. The sub-step does not count where the stage comes ahead of
+/// "step.integrate" (but for one that CUDA records); else it does, without what was left of the stage.
 using CustomStageFunction = void (*)(const StageContext&, void* user);
 /// A stage of the host.
 struct CustomStage {

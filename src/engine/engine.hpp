@@ -224,6 +224,9 @@ class Engine {
   /// anything until the next upload; the state is the one it began with.
   virtual void watch(const std::atomic<bool>* asked) = 0;
   virtual bool abandoned() const = 0;
+  /// What a stage of the host threw since the last call, with its name; empty if nothing. Its sub-step is abandoned where the stage comes
+  /// ahead of step.integrate and is not recorded; else it was taken, without what was left of the stage.
+  virtual std::string take_thrown() = 0;
   /// Waits; reports and clears the extremes. If the World halted, goes back to the last good state first.
   virtual WorldStatus synchronize() = 0;
   /// Enqueues a reading of the state as it will be then, and does not wait, except for memory where that is asked for the

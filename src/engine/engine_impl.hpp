@@ -6,7 +6,9 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <exception>
 #include <limits>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -372,6 +374,7 @@ class EngineImpl final : public Engine {
       begin_substep();
       run_stages(a);
     }
+    if (!thrown_.empty()) ex_.forget_repeats();  // what was recorded lacks the rest of the stage
     if (advances) buffers_.take_spare(w_);
     if (advances && checked_build) look_at(stage_step_integrate, 0);
     sized_ = true;
@@ -393,6 +396,7 @@ class EngineImpl final : public Engine {
 
   void watch(const std::atomic<bool>* asked) override { ex_.watch(asked); }
   bool abandoned() const override { return abandoned_; }
+  std::string take_thrown() override { return std::exchange(thrown_, std::string{}); }
 
   WorldStatus synchronize() override {
     WorldStatus s = last_good();
@@ -903,8 +907,7 @@ class EngineImpl final : public Engine {
         abandoned_ = true;
       }
       if (s != stage_step_begin && ((a.stages >> s) & 1u)) run(s, stage_functions<E, T>[s]);
-      if (abandoned_) continue;
-      for (std::size_t k = 0; k < custom_.count(); ++k)
+      for (std::size_t k = 0; k < custom_.count() && !abandoned_; ++k)
         if (custom_[k].after == s) run_custom(k, a);
     }
   }
@@ -1026,9 +1029,23 @@ class EngineImpl final : public Engine {
     c.time = a.time;
     c.clock = w_.f.clock;
     if (timed_) ex_.begin_stage(number, stage.name.c_str());
-    stage.run(c, stage.user);
+    try {
+      stage.run(c, stage.user);
+    } catch (const std::exception& e) {
+      note_thrown(custom_[k], e.what());
+    } catch (...) {
+      note_thrown(custom_[k], "an exception of unknown type");
+    }
     if (timed_) ex_.end_stage(number);
     if (stage.recorded) ex_.ended_recorded(stage.name);
+  }
+
+  /// The sub-step is given up while the state that it began with is there; in a graph that is being recorded there is no giving up.
+  void note_thrown(const PlacedStage& placed, const char* what) {
+    thrown_ = text("custom stage \"", placed.stage.name, "\" threw: ", what);
+    if (placed.after >= stage_step_integrate || (placed.stage.recorded && !E::in_host_memory)) return;
+    step::give_up<E, T>(ex_, w_);
+    abandoned_ = true;
   }
 
   E ex_;
@@ -1056,6 +1073,7 @@ class EngineImpl final : public Engine {
   bool timed_ = false;  ///< this sub-step
   bool rolled_back_ = false, count_anew_ = true;
   bool abandoned_ = false;  ///< a sub-step since the upload
+  std::string thrown_;      ///< by a stage of the host
   double counted_dt_ = 0;   ///< of the sub-step before
   double mass_ = 0;         ///< checked builds: at the upload [kg]
   std::string broken_;      ///< checked builds: the first broken invariant

@@ -416,7 +416,7 @@ class WorldImpl::OngoingStep {
   Status take_part();
   bool take_substep(int k);
   void plan_heat(int k);
-  Error interrupted(int k);
+  Error broken_off();
 
   WorldImpl& w_;
   double dt_, start_;
@@ -430,6 +430,7 @@ class WorldImpl::OngoingStep {
   double from_ = 0, rest_ = 0;  ///< where it began; from there to the end of the step [s]
   int before_ = 0;              ///< sub-steps of other parts
   int unheated_ = 0;            ///< sub-steps since the last with heat
+  std::string thrown_;          ///< what a stage of the host threw
   bool heats_ = false;          ///< the sub-step does
 };
 
@@ -459,8 +460,8 @@ Status WorldImpl::OngoingStep::take_part() {
   int k = 0;
   for (; k < last; ++k) {
     if (limit_ != nullptr && !limit_->allows(static_cast<std::uint64_t>(taken_))) break;
-    if (w_.interrupted_.exchange(false, std::memory_order_relaxed)) return interrupted(k);
-    if (!take_substep(k)) return interrupted(k);
+    if (w_.interrupted_.exchange(false, std::memory_order_relaxed)) return broken_off();
+    if (!take_substep(k)) return broken_off();
   }
   w_.heat_owed_ += a_.dt * unheated_;
   simulated_ = k == n ? dt_ : (from_ - start_) + rest_ * k / n;
@@ -469,7 +470,7 @@ Status WorldImpl::OngoingStep::take_part() {
   return {};
 }
 
-/// false: it was broken off, and the World is back at the beginning of it.
+/// false: the step ends here. It was broken off, and the World is back at the beginning of it; or a stage of the host threw.
 bool WorldImpl::OngoingStep::take_substep(int k) {
   const int n = part_.substeps;
   a_.time = from_ + rest_ * k / n;
@@ -487,6 +488,7 @@ bool WorldImpl::OngoingStep::take_substep(int k) {
   w_.state_stale_ = true;
   ++w_.steps;
   w_.engine->substep(a_);
+  thrown_ = w_.engine->take_thrown();
   if (w_.engine->abandoned()) {  // as of a World that halted
     w_.fetch_state();
     w_.dirty_ = true;
@@ -500,7 +502,7 @@ bool WorldImpl::OngoingStep::take_substep(int k) {
   ++taken_;
   unheated_ = heats_ ? 0 : unheated_ + 1;
   if (heats_) w_.heat_owed_ = 0;
-  return true;
+  return thrown_.empty();
 }
 
 /// Whether heat flows in the sub-step, and over which time.
@@ -513,11 +515,15 @@ void WorldImpl::OngoingStep::plan_heat(int k) {
   w_.heat_plan(span, a_.heat_stages, a_.heat_supersteps, a_.heat_dt, a_.heat_bound);
 }
 
-Error WorldImpl::OngoingStep::interrupted(int k) {
+Error WorldImpl::OngoingStep::broken_off() {
   w_.heat_owed_ += a_.dt * unheated_;
-  return {ErrorCode::interrupted, core::text("step: interrupted after ", before_ + k, " of ", planned_,
-                                             " sub-steps, ", w_.time - start_, " of ", dt_,
-                                             " s; the World is good up to there, call step again to go on")};
+  const std::string where =
+      core::text(" after ", taken_, " of ", planned_, " sub-steps, ", w_.time - start_, " of ", dt_, " s");
+  if (thrown_.empty())
+    return {ErrorCode::interrupted,
+            "step: interrupted" + where + "; the World is good up to there, call step again to go on"};
+  return {ErrorCode::internal, "step: " + thrown_ + ", which ended the step as interrupt() does," + where +
+                                   "; let the stage catch what it throws, or remove it"};
 }
 
 void WorldImpl::OngoingStep::report(TimedStep& done) const {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A step that is interrupted ends between two sub-steps and leaves a World to go on with.
 #include <csignal>
+#include <stdexcept>
 #include <string>
 #include <utility>
 
@@ -112,6 +113,57 @@ TEST(Interrupt, WithinASubStepLeavesTheOneBefore) {
     EXPECT_EQ(*s.world.state_hash(), *reference.world.state_hash()) << stage;
     EXPECT_EQ(s.world.synchronize().fluid, reference.world.synchronize().fluid) << stage;
   }
+}
+
+/// Throws at its n-th call.
+struct Thrower {
+  int left = 0;
+  bool of_unknown_type = false;
+  static void run(const StageContext&, void* user) {
+    auto& self = *static_cast<Thrower*>(user);
+    if (--self.left != 0) return;
+    if (self.of_unknown_type) throw 7;
+    throw std::runtime_error("no such file");
+  }
+};
+
+// The World goes on as if the step had ended there. Ahead of step.integrate the sub-step is given up, behind it it counts: the stage of this
+// test changes nothing, so that nothing is missing. CUDA cannot give up what it records, and calls the stage in the first sub-step alone.
+TEST(Interrupt, AStageThatThrowsEndsTheStepAndIsNamed) {
+  MELTSIM_NEEDS_BACKEND();
+  for (const char* after : {"sph.density", "lsm.balance", "step.integrate", "topology.melt"})
+    for (const bool recorded : {false, true}) {
+      const bool once = recorded && backend() == Backend::cuda;
+      const bool ahead = std::string(after) == "sph.density" || std::string(after) == "lsm.balance";
+      const std::uint64_t kept = once ? 1 : ahead ? 2 : 3;
+      Scene s = pool(), reference = pool();
+      Thrower thrower{once ? 1 : 3, recorded};
+      CustomStage stage{"reader", Thrower::run, &thrower, {}, {}};
+      stage.recorded = recorded;
+      require(s.world.scheduler().insert_after(after, stage));
+      require(s.world.prepare());
+      const int n = 5;
+      const double dt = 0.9 * n * s.world.stable_dt();
+      const Status status = s.world.step(dt);
+      ASSERT_FALSE(status) << after;
+      EXPECT_EQ(status.error().code, ErrorCode::internal);
+      const char* what = recorded ? "an exception of unknown type" : "no such file";
+      EXPECT_NE(status.error().message.find("custom stage \"reader\" threw: " + std::string(what)),
+                std::string::npos)
+          << status.error().message;
+      EXPECT_NE(status.error().message.find("after " + std::to_string(kept) + " of 5"), std::string::npos)
+          << status.error().message;
+      EXPECT_EQ(s.world.steps(), kept) << after;
+      EXPECT_FALSE(s.world.synchronize().halted) << after;
+      for (std::uint64_t k = 0; k < kept; ++k) require(reference.world.step(dt / n));
+      EXPECT_NEAR(s.world.time(), reference.world.time(), 1e-12);
+      EXPECT_EQ(*s.world.state_hash(), *reference.world.state_hash()) << after;
+      for (int k = 0; k < 4; ++k) {
+        require(s.world.step(dt / n));
+        require(reference.world.step(dt / n));
+      }
+      EXPECT_EQ(*s.world.state_hash(), *reference.world.state_hash()) << after;
+    }
 }
 
 }  // namespace
