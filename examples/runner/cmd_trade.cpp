@@ -62,8 +62,12 @@ class Trade {
     if (const std::string why = not_reached(study_, 0, tuning_.problem().end); !why.empty())
       throw Failure(ExitCode::usage, why);
     fronts_.clear();
-    for (const trade::Known& known : study_.observables)
-      fronts_.push_back(expect(trade::front(study_, known.observable.name, options_.points)));
+    for (std::size_t k = 0; k < study_.observables.size(); ++k) {
+      meltsim::Result<std::vector<trade::Choice>> front =
+          trade::front(study_, study_.observables[k].observable.name, options_.points);
+      // Of those beside the first one a note says that they have no value.
+      fronts_.push_back(k == 0 ? expect(std::move(front)) : front ? *front : std::vector<trade::Choice>{});
+    }
     // Points of the front that the time left, or else half as much again, allows, from the cheapest on.
     double left = options_.measure ? std::max(options_.seconds - study_.wall_s, options_.seconds / 2) : 0;
     tried_.resize(fronts_[0].size());

@@ -588,6 +588,12 @@ const trade::Study& Tuning::study(const TuneOptions& options) {
     throw library_failure(error, {}, "", scene_.where);
   }
   study_ = std::move(*result);
+  // Where an observable is shown, not_reached() says it, and by when.
+  const auto said_elsewhere = [](const std::string& note) {
+    return note.find(": never reaches its level in any probe") != std::string::npos;
+  };
+  study_.notes.erase(std::remove_if(study_.notes.begin(), study_.notes.end(), said_elsewhere),
+                     study_.notes.end());
   from_cache_ = false;
   if (file.empty() || study_.cut_short) return study_;  // what a busy machine cut short is no rule
   try {

@@ -747,7 +747,8 @@ enum {
 MELTSIM_C_API meltsim_status meltsim_world_request(meltsim_world* world, uint32_t parts, uint64_t* ticket);
 /* Whether meltsim_world_take() would return at once. */
 MELTSIM_C_API meltsim_status meltsim_world_ready(meltsim_world* world, uint64_t ticket, int32_t* ready);
-/* Waits for that reading, not for steps behind it, and closes the ticket. Free it with meltsim_reading_destroy(). */
+/* Waits for that reading, not for steps behind it, and closes the ticket. Free it with meltsim_reading_destroy(). On an error *reading is
+ * null: keep one that is still needed elsewhere. */
 MELTSIM_C_API meltsim_status meltsim_world_take(meltsim_world* world, uint64_t ticket,
                                                 meltsim_reading** reading);
 /* The report that meltsim_world_synchronize() would have given then. */

@@ -66,15 +66,18 @@ struct Observable {
   int components = 1;             ///< values per sample; errors are Euclidean distances
   Reduce reduce = Reduce::curve;  ///< what is compared
   double level = 0;               ///< of time_to_reach
-  std::vector<double> exact;      ///< what is compared (`reduce`) of the exact answer; empty: none is known
+  /// What is compared (`reduce`) of the exact answer, as many values as of a probe: samples and the start of a curve. NaN: none there. Empty: none
+  /// is known.
+  std::vector<double> exact;
   double order =
       2;  ///< at which its error falls with the spacing: 1 of fronts of melting, 2 inside; probes that say more are not believed
 };
 
 /// The result of one probe.
 struct Measurement {
-  Knobs knobs;   ///< as asked for
-  Knobs actual;  ///< as built: a spacing that has to fit a domain differs from the one asked for
+  Knobs knobs;  ///< as asked for
+  Knobs
+      actual;  ///< as built, read from the World: a spacing that has to fit a domain differs from the one asked for
   /// Per observable, what is compared: samples x components, or one number.
   std::vector<std::vector<double>> values;
   double work = 0;              ///< sub-steps x particles, weighted; see work_of_substep
@@ -88,7 +91,9 @@ struct Measurement {
 
 /// A simulation whose settings are to be chosen.
 struct Problem {
-  /// Makes the World. Refusals (a domain too small for the support) are Errors.
+  /// Makes the World. Refusals (a domain too small for the support) are Errors. Spacings that it is asked for fit nothing: move each to one that what is in
+  /// the scene is a whole number of (docs/trade.md), or errors are those of missing layers, which follow no law. What is left derived in
+  /// the problem has to be set to turn it: World::resolved() of one that was built with Knobs{} says the sound speed.
   std::function<Result<World>(const Knobs&)> build;
   /// Appends the values of all observables, in their order, as the World is now. May synchronise.
   std::function<Status(World&, std::vector<double>&)> observe;
@@ -104,14 +109,15 @@ struct Problem {
   Ranges ranges = default_ranges();     ///< multiples that are allowed
   /// Runs a probe in place of build and observe, for at most so many wall seconds. May be empty.
   std::function<Result<Measurement>(const Knobs&, double)> run;
-  double reference_work = 0;  ///< work of Knobs{}; 0: found by building it
+  double reference_work =
+      0;  ///< work of Knobs{}; 0: found by building it, or without `build` from the probes
 };
 /// Limits of a study.
 struct Options {
-  double seconds =
-      60;           ///< what all probes together may take; planned by a nominal speed, so that plans repeat
-  int probes = 15;  ///< at most
-  double safety = 1.5;   ///< a setting is chosen for the error asked for over this
+  /// What all probes together are planned for, by a nominal speed, so that plans repeat; they are broken off after twice as much.
+  double seconds = 60;
+  int probes = 15;       ///< at most
+  double safety = 1.5;   ///< of Study::safety
   double finest = 0.6;   ///< spacing of the finest probe at least, as a multiple
   bool support = false;  ///< also compare a support of 0.8 times the problem's
   /// Called after each probe, with the number of probes planned. May be empty; false ends the study.
@@ -154,14 +160,15 @@ struct Known {
 
 /// All that a front or a choice follows from; measuring it takes the time, using it takes none.
 struct Study {
-  std::vector<Known> observables;   ///< in the order of the problem
-  std::vector<Measurement> probes;  ///< in the order run
-  Ranges ranges{};                  ///< of the problem
-  double reference_work = 0;        ///< work of Knobs{}
-  double seconds_per_work = 0;      ///< on this machine
-  double wall_s = 0;                ///< time that it took [s]
-  bool cut_short = false;           ///< wall time ran out, so another study may differ
-  std::vector<std::string> notes;   ///< probes that diverged, and what follows
+  std::vector<Known> observables;    ///< in the order of the problem
+  std::vector<Measurement> probes;   ///< in the order run
+  Ranges ranges{};                   ///< of the problem
+  double reference_work = 0;         ///< work of Knobs{}
+  double seconds_per_work = 0;       ///< on this machine
+  double wall_s = 0;                 ///< time that it took [s]
+  bool cut_short = false;            ///< wall time ran out, so another study may differ
+  std::vector<std::string> notes;    ///< probes that diverged, and what follows
+  double safety = Options{}.safety;  ///< a setting is chosen for the error asked for over this
 };
 
 /// Settings with their expected error and cost.
@@ -189,25 +196,27 @@ MELTSIM_API Difference difference(const Observable& observable, double scale, co
 MELTSIM_API std::vector<double> reduce(const Observable& observable, const std::vector<double>& times,
                                        const std::vector<double>& values);
 
-/// Runs one probe. Errors: those of build and observe. A run that diverges, or passes `wall_limit` [s], is a Measurement
-/// that is not complete.
+/// Runs one probe. Errors: invalid_argument (names the field), those of build and observe, interrupted (World::interrupt() of its World). A run that
+/// diverges, or passes `wall_limit` [s], is a Measurement that is not complete.
 MELTSIM_API Result<Measurement> measure(const Problem& problem, const Knobs& knobs,
                                         double wall_limit = infinity);
 
-/// Probes: three spacings, and a run or two for each other knob, at most Options::probes. Errors: invalid_argument (an
-/// empty problem; one whose coarsest probe takes longer than allowed), those of build and observe at the first probe.
+/// Probes: three spacings, and a run or two for each other knob, at most Options::probes. Errors: invalid_argument (names the
+/// field; a problem whose coarsest probe takes longer than allowed), those of build and observe at the first probe, interrupted
+/// (by Options::progress, or World::interrupt() of a probe's World).
 MELTSIM_API Result<Study> study(const Problem& problem, const Options& options = {});
 
-/// The cheapest settings whose expected error, `safety` times, is `error` (a share of the observable's scale). Errors:
-/// invalid_argument (an observable the study does not have, an error that is not above 0).
+/// The cheapest settings whose expected error, `safety` times, is `error` (a share of the observable's scale); automatic: Study::safety. Errors:
+/// invalid_argument (an observable the study does not have, or that had no value in any probe; an error that is not above 0).
 MELTSIM_API Result<Choice> choose(const Study& study, const std::string& observable, double error,
-                                  double safety = Options{}.safety);
+                                  double safety = automatic);
 
 /// `points` choices from the coarsest settings to the smallest attainable error, evenly spaced in its logarithm; fewer where
 /// several of them have the same settings.
 MELTSIM_API Result<std::vector<Choice>> front(const Study& study, const std::string& observable, int points);
 
-/// Error of a run with these knobs that gave these values: by its own difference to a probe, as if knobs erred independently.
+/// Error of a run with these knobs that gave these values: by its own difference to a probe, as if knobs erred independently. Infinite where
+/// that says nothing: an observable that the study does not have or that had no value, another number of values.
 MELTSIM_API Difference delivered(const Study& study, std::size_t observable, const Knobs& actual,
                                  const std::vector<double>& values);
 
@@ -226,9 +235,11 @@ MELTSIM_API Result<std::vector<Mean>> average(const std::vector<Observable>& obs
                                               const std::vector<Measurement>& runs);
 
 /// Runs the problem `runs` times, at least twice, with Knobs::stir 0 to runs - 1, and averages. `members`: what came of each, if
-/// not null. Errors: those of measure() and of average().
-MELTSIM_API Result<std::vector<Mean>> ensemble(const Problem& problem, const Knobs& knobs, int runs,
-                                               std::vector<Measurement>* members = nullptr);
+/// not null. `progress` is called after each, with the number of runs; may be empty; false ends it. Errors: those of measure() and of
+/// average(), interrupted.
+MELTSIM_API Result<std::vector<Mean>> ensemble(
+    const Problem& problem, const Knobs& knobs, int runs, std::vector<Measurement>* members = nullptr,
+    const std::function<bool(const Measurement&, int)>& progress = {});
 
 }  // namespace trade
 }  // namespace v0

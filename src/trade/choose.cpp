@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "meltsim/trade.hpp"
+#include "trade/check.hpp"
 #include "world/guarded.hpp"
 
 namespace meltsim {
@@ -75,21 +76,26 @@ Choice at_multiplier(const Study& study, const Known& known, const std::vector<T
   return choice;
 }
 
-const Known* find(const Study& study, const std::string& name) {
-  for (const Known& known : study.observables)
-    if (known.observable.name == name) return &known;
-  return nullptr;
-}
-
-Error unknown(const Study& study, const std::string& name) {
+Result<const Known*> find(const Study& study, const std::string& name) {
   std::string names;
-  for (const Known& known : study.observables) names += (names.empty() ? "" : ", ") + known.observable.name;
+  for (const Known& known : study.observables) {
+    if (known.observable.name != name) {
+      names += (names.empty() ? "" : ", ") + known.observable.name;
+      continue;
+    }
+    if (has_value(known.limit)) return &known;
+    return invalid("observable: \"" + name +
+                   "\" had no value in any probe, so nothing is known of its error; name another one, or "
+                   "simulate for longer");
+  }
   return invalid("observable: \"" + name + "\" is none of the study's: " + names);
 }
 
 Result<Choice> choose_now(const Study& study, const std::string& name, double error, double safety) {
-  const Known* known = find(study, name);
-  if (known == nullptr) return unknown(study, name);
+  const Result<const Known*> found = find(study, name);
+  if (!found) return found.error();
+  const Known* known = *found;
+  if (safety == automatic) safety = study.safety;
   if (!(error > 0) || !std::isfinite(error))
     return invalid("error: expected a share above 0, got " + std::to_string(error));
   if (!(safety >= 1) || !std::isfinite(safety))
@@ -105,8 +111,9 @@ Result<Choice> choose_now(const Study& study, const std::string& name, double er
 }
 
 Result<std::vector<Choice>> front_now(const Study& study, const std::string& name, int points) {
-  const Known* known = find(study, name);
-  if (known == nullptr) return unknown(study, name);
+  const Result<const Known*> found = find(study, name);
+  if (!found) return found.error();
+  const Known* known = *found;
   if (points < 2) return invalid("points: expected 2 or more, got " + std::to_string(points));
   const std::vector<Turn> turns = turns_of(study, *known);
   double most = 0;
@@ -174,6 +181,7 @@ Difference delivered(const Study& study, std::size_t observable, const Knobs& ac
   if (observable >= study.observables.size()) return none;
   const Known& known = study.observables[observable];
   const Observable& o = known.observable;
+  if (values.size() != known.limit.size() || !has_value(known.limit)) return none;
   if (!o.exact.empty()) return difference(o, known.scale, values, o.exact);
   double others = 0;
   const Law* spacing = nullptr;

@@ -6,6 +6,8 @@
 #include <string>
 
 #include "meltsim/trade.hpp"
+#include "trade/check.hpp"
+#include "trade/measure.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -54,15 +56,22 @@ Result<std::vector<Mean>> average(const std::vector<Observable>& observables,
 }
 
 Result<std::vector<Mean>> ensemble(const Problem& problem, const Knobs& knobs, int runs,
-                                   std::vector<Measurement>* members) {
+                                   std::vector<Measurement>* members,
+                                   const std::function<bool(const Measurement&, int)>& progress) {
   if (runs < 2) return invalid("ensemble: runs: expected at least 2, got " + std::to_string(runs));
+  if (const Status s = check(problem); !s) return s.error();
+  if (const Status s = check(knobs); !s) return s.error();
+  const Result<Reference> reference = reference_to(problem);
+  if (!reference) return reference.error();
   std::vector<Measurement> all;
   for (int n = 0; n < runs; ++n) {
     Knobs stirred = knobs;
     stirred.stir = n;
-    Result<Measurement> m = measure(problem, stirred);
+    Result<Measurement> m = measure_from(problem, stirred, infinity, &*reference);
     if (!m) return m.error();
     all.push_back(std::move(*m));
+    if (progress && !progress(all.back(), runs))
+      return Error{ErrorCode::interrupted, "ensemble: stopped by progress"};
   }
   Result<std::vector<Mean>> means = average(problem.observables, all);
   if (members != nullptr) *members = std::move(all);

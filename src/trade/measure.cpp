@@ -6,6 +6,7 @@
 
 #include "meltsim/physics/diffusion.hpp"
 #include "meltsim/trade.hpp"
+#include "trade/check.hpp"
 #include "trade/measure.hpp"
 #include "world/guarded.hpp"
 
@@ -42,7 +43,8 @@ class Probe {
     const int samples = std::max(1, problem_.samples);
     for (int i = 1; i <= samples && result_.complete; ++i) {
       const double end = problem_.end * i / samples;
-      if (!finished_) advance(end, start);
+      if (!finished_)
+        if (const Status gone_on = advance(end, start); !gone_on) return gone_on.error();
       if (!result_.complete) break;
       if (const Status seen = sample(end); !seen) return seen.error();
     }
@@ -60,12 +62,14 @@ class Probe {
     speed_ = now.max_speed;
   }
 
-  void fail(const std::string& why) {
+  /// A run that comes to nothing is a result, too.
+  Status fail(const std::string& why) {
     result_.complete = false;
     result_.problem = why;
+    return {};
   }
 
-  void advance(double end, Clock::time_point start) {
+  Status advance(double end, Clock::time_point start) {
     while (time_ < end) {
       const double limit = std::min(world_.stable_dt(speed_), step_limit_);
       const double all = std::isfinite(limit) ? std::max(1.0, std::ceil((end - time_) / limit - slack)) : 1;
@@ -73,7 +77,7 @@ class Probe {
       const std::uint64_t before = world_.steps();
       for (int i = 0; i < static_cast<int>(count); ++i)
         if (const Status status = world_.step(dt); !status && status.error().code != ErrorCode::halted)
-          return fail(status.error().message);
+          return status.error().code == ErrorCode::interrupted ? status : fail(status.error().message);
       const StepResult now = world_.synchronize();
       if (now.halted) return fail(now.halt_reason);
       note(now);
@@ -82,6 +86,7 @@ class Probe {
       time_ = count == all ? end : time_ + count * dt;
       if (since(start) > wall_limit_) return fail(too_long);
     }
+    return {};
   }
 
   /// Present values of the observables; values that can no longer change are repeated.
@@ -162,10 +167,6 @@ Result<Measurement> measure_from(const Problem& problem, const Knobs& knobs, dou
                                  const Reference* reference) {
   return core::guarded<Result<Measurement>>([&]() -> Result<Measurement> {
     if (problem.run) return problem.run(knobs, wall_limit);
-    if (!problem.build) return invalid("Problem::build: expected a function that makes the World, got none");
-    if (!problem.observe) return invalid("Problem::observe: expected a function, got none");
-    if (!(problem.end > 0) || !std::isfinite(problem.end))
-      return invalid("Problem::end: expected a time above 0 s, got " + std::to_string(problem.end));
     Result<World> world = problem.build(knobs);
     if (!world) return world.error();
     const Reference here = reference_of(*world);
@@ -175,12 +176,19 @@ Result<Measurement> measure_from(const Problem& problem, const Knobs& knobs, dou
   });
 }
 
-Result<Measurement> measure(const Problem& problem, const Knobs& knobs, double wall_limit) {
-  if (problem.run || !problem.build) return measure_from(problem, knobs, wall_limit, nullptr);
+Result<Reference> reference_to(const Problem& problem) {
+  if (problem.run) return Reference{};
   Result<World> world = core::guarded<Result<World>>([&] { return problem.build(Knobs{}); });
   if (!world) return world.error();
-  const Reference reference = reference_of(*world);
-  return measure_from(problem, knobs, wall_limit, &reference);
+  return reference_of(*world);
+}
+
+Result<Measurement> measure(const Problem& problem, const Knobs& knobs, double wall_limit) {
+  if (const Status s = check(problem); !s) return s.error();
+  if (const Status s = check(knobs); !s) return s.error();
+  const Result<Reference> reference = reference_to(problem);
+  if (!reference) return reference.error();
+  return measure_from(problem, knobs, wall_limit, &*reference);
 }
 
 }  // namespace trade

@@ -21,6 +21,8 @@ struct Reference {
 };
 
 Reference reference_of(World& world);
+/// Of the World that the problem makes of Knobs{}; nothing where it runs its probes itself. Errors: those of build.
+Result<Reference> reference_to(const Problem& problem);
 
 /// Settings `here` as multiples of those `of` another World; the knobs that no World has stay as asked for.
 Knobs multiples(const Reference& here, const Reference& of, const Knobs& asked);

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "meltsim/trade.hpp"
+#include "trade/check.hpp"
 #include "trade/fit.hpp"
 #include "trade/measure.hpp"
 #include "world/guarded.hpp"
@@ -65,17 +66,12 @@ class Studying {
 
   /// The problem as it is: its settings and its work.
   Status refer() {
-    if (problem_.observables.empty()) return invalid("Problem::observables: expected one at least, got none");
-    for (const Observable& o : problem_.observables)
-      if (!(o.order >= 1) || !std::isfinite(o.order))
-        return invalid("Observable::order: of \"" + o.name + "\": expected 1 or more, got " +
-                       std::to_string(o.order));
-    if (!(options_.seconds > 0)) return invalid("Options::seconds: expected a time above 0 s");
-    if (options_.probes < 3)
-      return invalid("Options::probes: expected 3 or more, got " + std::to_string(options_.probes));
+    if (const Status s = check_names(problem_.observables); !s) return s;
+    if (const Status s = check(problem_); !s) return s;
+    if (const Status s = check(options_); !s) return s;
+    study_.safety = options_.safety;
     study_.reference_work = problem_.reference_work;
-    if (problem_.run) return {};
-    if (!problem_.build) return invalid("Problem::build: expected a function that makes the World, got none");
+    if (problem_.run && (problem_.reference_work > 0 || !problem_.build)) return {};
     Result<World> world = problem_.build(Knobs{});
     if (!world) return world.error();
     if (const Status ready = world->prepare(); !ready) return ready.error();
@@ -190,14 +186,17 @@ class Studying {
     Result<Measurement> result =
         measure_from(problem_, planned.knobs, first ? patience * options_.seconds : left,
                      problem_.run ? nullptr : &reference_);
-    if (!result && first) return result.error();
+    if (!result && (first || result.error().code == ErrorCode::interrupted)) return result.error();
     if (!result) {
-      study_.notes.push_back(text(planned, "cannot be built: " + result.error().message));
+      study_.notes.push_back(text(planned, "gave no result: " + result.error().message));
       return {};
     }
+    if (!result->complete && result->problem.empty())
+      result->problem = "it is not complete, and says not why";
     if (result->complete && result->values.size() != problem_.observables.size())
       return invalid("Problem::run: expected the values of " + std::to_string(problem_.observables.size()) +
                      " observables, got " + std::to_string(result->values.size()));
+    if (const Status s = check_exact(problem_, *result); result->complete && !s) return s;
     if (!result->complete) {
       if (first && result->problem == too_long)
         return invalid("seconds: the first probe took longer than " + number(patience * options_.seconds) +
@@ -297,15 +296,26 @@ class Studying {
     }
     known.limit = limit_of(known, k);
     compare_support(known, k);
-    if (o.exact.empty() && o.reduce == Reduce::curve && stands_still(k))
+    if (const char* const nothing = says_nothing(o, k))
       study_.notes.push_back(
-          o.name +
-          ": is the same at all times with all settings, so what is said of its error means "
-          "nothing; name another observable, or simulate for longer");
+          o.name + ": " + nothing +
+          ", so what is said of its error means nothing; name another observable, or simulate for longer");
     study_.observables.push_back(std::move(known));
   }
 
-  /// Whether all samples of all probes of a curve are alike.
+  /// Why the values of an observable say nothing of errors; null if they do.
+  const char* says_nothing(const Observable& o, std::size_t k) const {
+    bool any = false;
+    for (std::size_t i = 0; i < study_.probes.size(); ++i)
+      any = any || (good(i) != nullptr && has_value(study_.probes[i].values[k]));
+    if (!any && o.reduce == Reduce::time_to_reach) return "never reaches its level in any probe";
+    if (!any) return "has no value in any probe";
+    if (!o.exact.empty() || !stands_still(k)) return nullptr;
+    return o.reduce == Reduce::curve ? "is the same at all times with all settings"
+                                     : "is the same with all settings";
+  }
+
+  /// Whether all values of all probes are alike.
   bool stands_still(std::size_t k) const {
     const std::vector<double>& base = study_.probes[0].values[k];
     for (std::size_t i = 0; i < study_.probes.size(); ++i) {
@@ -378,7 +388,8 @@ class Studying {
     if (dearest != nullptr) study_.seconds_per_work = dearest->wall_s / dearest->work;
     // Cost of the problem itself: the probes count speeds that its start does not have.
     const Measurement& base = study_.probes[0];
-    if (!problem_.run && base.work > 0 && !study_.observables.empty()) {
+    if (problem_.run && study_.reference_work > 0) return;
+    if (base.work > 0 && !study_.observables.empty()) {
       double exponent = -4;
       for (const Law& law : study_.observables[0].laws)
         if (law.knob == Knob::spacing) exponent = law.cost_exponent;

@@ -244,16 +244,28 @@ double WorldImpl::substeps_of(double dt) const {
   return std::ceil(dt / std::min({largest_substep(), motion_dt(), longest_substep}) * (1 - 1e-9));
 }
 
+/// Why sub-steps are so short, where something was once faster than anything falls: a slip of the host's may be behind it.
+std::string WorldImpl::fast_sound_text() const {
+  constexpr double usual = 3;
+  const double of_fall =
+      physics::sound_speed_for(0, length(desc.gravity), fall_height() + desc.spacing,
+                               desc.density_error > 0 ? desc.density_error : physics::usual_density_error);
+  if (desc.sound_speed != automatic || !(of_fall > 0) || sound_speed_ < usual * of_fall) return {};
+  return core::text("; sound is at ", sound_speed_,
+                    " m/s for the fastest that anything was set to, and goes back by restore() alone");
+}
+
 /// Refuses a step of more sub-steps than there may be; where the sound speed follows what moves, of more than at its
 /// largest, so that whether a step is taken does not hang on a splash.
 Status WorldImpl::check_substeps(double dt) const {
   const double largest = std::min({static_dt_, motion_dt(), longest_substep});
   const double wanted = std::ceil(dt / largest * (1 - 1e-9));
   if (!(wanted > desc.max_substeps)) return {};
-  return Error{ErrorCode::step_too_large,
-               core::text("step: dt: ", dt, " s needs ", wanted, " sub-steps of at most ", largest,
-                          " s, more than max_substeps ", desc.max_substeps, "; step by at most ",
-                          0.999 * largest * desc.max_substeps, " s, or raise max_substeps")};
+  return Error{
+      ErrorCode::step_too_large,
+      core::text("step: dt: ", dt, " s needs ", wanted, " sub-steps of at most ", largest,
+                 " s, more than max_substeps ", desc.max_substeps, "; step by at most ",
+                 0.999 * largest * desc.max_substeps, " s, or raise max_substeps", fast_sound_text())};
 }
 
 /// Ends a step ahead of time: after a number of sub-steps, or before one for which there is no time.

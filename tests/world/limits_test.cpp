@@ -238,6 +238,24 @@ TEST(Limits, StepsOfAnyLengthAreTakenOrRefused) {
       }
 }
 
+// Sound does not come down again, so a slip of the host's shortens all steps to come: the refusal says so.
+TEST(Limits, AStepRefusedForASpeedThatWasOnceSetSaysSo) {
+  MELTSIM_NEEDS_BACKEND();
+  Scene s = ice_in_water(describe(), {});
+  require(s.world.step(1e-3));
+  const Status usual = s.world.step(100);
+  ASSERT_FALSE(usual);
+  EXPECT_EQ(usual.error().message.find("sound is at"), std::string::npos) << usual.error().message;
+  const BodyId ice = s.world.bodies()->front().body;
+  require(s.world.set_velocity(ice, {3000, 0, 0}, {}));
+  require(s.world.set_velocity(ice, {}, {}));
+  const Status refused = s.world.step(0.02);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::step_too_large);
+  EXPECT_NE(refused.error().message.find("; sound is at 30000"), std::string::npos)
+      << refused.error().message;
+}
+
 // A sub-step cannot be interrupted, so what it may take is bounded, and said.
 TEST(Limits, HeatWorkOfASubStepIsBounded) {
   MELTSIM_NEEDS_BACKEND();
