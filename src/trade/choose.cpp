@@ -83,7 +83,7 @@ Result<const Known*> find(const Study& study, const std::string& name) {
       names += (names.empty() ? "" : ", ") + known.observable.name;
       continue;
     }
-    if (has_value(known.limit)) return &known;
+    if (known.limit.empty() || has_value(known.limit)) return &known;  // laws may be given without values
     return invalid("observable: \"" + name +
                    "\" had no value in any probe, so nothing is known of its error; name another one, or "
                    "simulate for longer");
