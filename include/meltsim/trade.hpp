@@ -211,6 +211,12 @@ MELTSIM_API Result<Study> study(const Problem& problem, const Options& options =
 MELTSIM_API Result<Choice> choose(const Study& study, const std::string& observable, double error,
                                   double safety = automatic);
 
+/// The settings with the smallest expected error whose run takes at most so many seconds on this machine (Study::seconds_per_work): of a
+/// budget per frame, the budget times the frames of the run. Choice::asked is what is expected; not attainable: even the cheapest
+/// settings, which it has then, take longer. Errors: those of choose(), invalid_argument (seconds that are not above 0; a study whose
+/// probes took no time).
+MELTSIM_API Result<Choice> choose_within(const Study& study, const std::string& observable, double seconds);
+
 /// `points` choices from the coarsest settings to the smallest attainable error, evenly spaced in its logarithm; fewer where
 /// several of them have the same settings.
 MELTSIM_API Result<std::vector<Choice>> front(const Study& study, const std::string& observable, int points);

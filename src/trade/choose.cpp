@@ -110,6 +110,34 @@ Result<Choice> choose_now(const Study& study, const std::string& name, double er
   return choice;
 }
 
+Result<Choice> within_now(const Study& study, const std::string& name, double seconds) {
+  const Result<const Known*> found = find(study, name);
+  if (!found) return found.error();
+  const Known* known = *found;
+  if (!(seconds > 0)) return invalid("seconds: expected a time above 0 s, got " + std::to_string(seconds));
+  if (!(study.seconds_per_work > 0) || !(study.reference_work > 0))
+    return invalid("study: expected what a run costs, got seconds_per_work " +
+                   std::to_string(study.seconds_per_work) + " and reference_work " +
+                   std::to_string(study.reference_work));
+  const std::vector<Turn> turns = turns_of(study, *known);
+  const auto at = [&](double multiplier) { return at_multiplier(study, *known, turns, multiplier); };
+  Choice best = at(0);
+  if (!(best.seconds <= seconds)) {
+    // Errors grow with the multiplier and costs fall.
+    double low = -700, high = 700;
+    best = at(std::exp(high));
+    best.attainable = best.seconds <= seconds;
+    for (int i = 0; i < 200 && best.attainable; ++i) {
+      const double middle = (low + high) / 2;
+      (at(std::exp(middle)).seconds <= seconds ? high : low) = middle;
+    }
+    if (best.attainable) best = at(std::exp(high));
+  }
+  best.asked = best.error;
+  best.chaotic = known->spread > best.asked;
+  return best;
+}
+
 Result<std::vector<Choice>> front_now(const Study& study, const std::string& name, int points) {
   const Result<const Known*> found = find(study, name);
   if (!found) return found.error();
@@ -135,6 +163,10 @@ Result<std::vector<Choice>> front_now(const Study& study, const std::string& nam
 
 Result<Choice> choose(const Study& study, const std::string& observable, double error, double safety) {
   return core::guarded<Result<Choice>>([&] { return choose_now(study, observable, error, safety); });
+}
+
+Result<Choice> choose_within(const Study& study, const std::string& observable, double seconds) {
+  return core::guarded<Result<Choice>>([&] { return within_now(study, observable, seconds); });
 }
 
 Result<std::vector<Choice>> front(const Study& study, const std::string& observable, int points) {

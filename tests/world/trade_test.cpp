@@ -726,6 +726,34 @@ TEST(Study, OfOptionsChoicesTakeTheirSafety) {
   EXPECT_LT(by_study->error, 0.75 * as_usual->error);  // of half of it
 }
 
+// What choose() takes for an error costs some seconds: for so many seconds the same settings come back, as either is an optimum.
+TEST(ChooseWithin, GivesTheSmallestErrorThatThereIsTimeFor) {
+  const trade::Study study = study_of({});
+  for (const double error : {0.03, 0.05, 0.08}) {
+    const trade::Choice of_error = *trade::choose(study, "y", error, 1);
+    ASSERT_TRUE(of_error.attainable);
+    const auto of_time = trade::choose_within(study, "y", of_error.seconds * (1 + 1e-9));
+    ASSERT_TRUE(of_time) << of_time.error().message;
+    EXPECT_TRUE(of_time->attainable);
+    EXPECT_NEAR(of_time->error, of_error.error, 1e-6);
+    EXPECT_LE(of_time->seconds, of_error.seconds * (1 + 1e-9));
+    for (std::size_t k = 0; k < trade::knob_count; ++k)
+      EXPECT_NEAR(of_time->knobs.value[k], of_error.knobs.value[k], 1e-5) << k;
+  }
+  const std::vector<trade::Choice> front = *trade::front(study, "y", 5);
+  const trade::Choice none = *trade::choose_within(study, "y", 0.5 * front.front().seconds);
+  EXPECT_FALSE(none.attainable);
+  EXPECT_EQ(none.knobs.value, front.front().knobs.value);
+  const trade::Choice all = *trade::choose_within(study, "y", infinity);
+  EXPECT_TRUE(all.attainable);
+  EXPECT_EQ(all.knobs.value, front.back().knobs.value);
+  EXPECT_FALSE(trade::choose_within(study, "x", 1));
+  EXPECT_FALSE(trade::choose_within(study, "y", 0));
+  trade::Study free_of_cost = study;
+  free_of_cost.seconds_per_work = 0;
+  EXPECT_FALSE(trade::choose_within(free_of_cost, "y", 1));
+}
+
 TEST(Study, FindsTheWorkOfTheProblemItself) {
   // Of Made: 1 at the problem's own settings.
   trade::Problem problem = Made{}.problem();
