@@ -184,6 +184,8 @@ class Units {
       case meltsim::ForceFieldKind::drag:
         if (desc.rate == 0) warn(field.source, "rate", "is 0 per second" + fix);
         break;
+      case meltsim::ForceFieldKind::hydrostatic:  // without a density it is refused
+        break;
     }
   }
 

@@ -354,22 +354,27 @@ const Options<SceneForceField>& force_field_options() {
       name_of<D>(false, "`field1`, ..."),
       word<D>("kind", "kind", MEMBER(desc.kind), keys::field_kind, "",
               "`uniform`; `radial`: away from `center`, or towards it; `vortex`: around `axis` through "
-              "`center`; `drag`: towards a wind")
-          .must_be_given("uniform, radial, vortex or drag"),
+              "`center`; `drag`: towards a wind; `hydrostatic`: counts pressure below a level from that of a "
+              "liquid at rest, for bodies deep in liquid")
+          .must_be_given("uniform, radial, vortex, drag or hydrostatic"),
       shape_of<D>("a box, a sphere or a cylinder, also transformed; without one: everywhere"),
       vector<D>("acceleration", "acceleration", MEMBER(desc.acceleration), "m/s^2", "[0, 0, 0]", "[m/s^2]")
           .of_kinds({"uniform"}),
       vector<D>("center", "center", MEMBER(desc.center), "m", "that of the shape",
-                "[m]; what the field is about, or the wind turns about")
-          .of_kinds({"radial", "vortex", "drag"}),
+                "[m]; what the field is about, or the wind turns about; a point of a hydrostatic level")
+          .of_kinds({"radial", "vortex", "drag", "hydrostatic"}),
       vector<D>("axis", "axis", MEMBER(desc.axis), "any length", "[0, 1, 0]", "of any length")
           .of_kinds({"vortex"}),
       number<D>("strength", "strength", MEMBER(desc.strength), "m/s^2", any_number(), "0",
                 "[m/s^2] at the radius; negative attracts")
           .of_kinds(around),
       number<D>("radius", "radius", MEMBER(desc.radius), "m", at_least(0), "0",
-                "[m]: within it the field grows linearly from the centre")
-          .of_kinds(around),
+                "[m]: within it the field grows linearly from the centre; of a hydrostatic one down from the "
+                "level, 0: a support")
+          .of_kinds({"radial", "vortex", "hydrostatic"}),
+      number<D>("density", "density", MEMBER(desc.density), "kg/m^3", at_least(0), "0",
+                "[kg/m^3] of the liquid whose pressure at rest is taken out")
+          .of_kinds({"hydrostatic"}),
       custom<D>(
           "power", "power", "0", "1, 0, -1 or -2: beyond the radius it goes as the distance to this power",
           {{"enum", {1, 0, -1, -2}}}, [](const Node& value, D& d) { d.desc.power = value.small_integer(); },

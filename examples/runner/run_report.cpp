@@ -51,6 +51,10 @@ void Run::warn_about(const meltsim::StepResult& result, std::uint64_t next_frame
         "stiffness); a "
         "lower sound_speed lets it be softer");
   if (result.cooled_to_zero) log_.warn("something was to be cooled below absolute zero and was held there");
+  if (result.level_bared)
+    log_.warn(
+        "liquid below the level of a hydrostatic field has a free surface, so its weight is missing there: "
+        "lower the field's center");
   if (result.emitter_exhausted)
     log_.warn(
         "an emitter brings less than its speed asks for: max_particles have come, of one that recycles are "

@@ -12,8 +12,8 @@ using List = std::vector<std::string>;
 
 inline const List faces{"-x", "+x", "-y", "+y", "-z", "+z", "x", "y", "z"};
 inline const List one_face{"-x", "+x", "-y", "+y", "-z", "+z"};  ///< in the order of DomainDesc::faces
-inline const List field_kind{"uniform", "radial", "vortex",
-                             "drag"};  ///< in the order of meltsim::ForceFieldKind
+inline const List field_kind{"uniform", "radial", "vortex", "drag",
+                             "hydrostatic"};  ///< in the order of meltsim::ForceFieldKind
 inline const List probe_kind{"point", "level", "force", "heat",
                              "flux"};  ///< in the order of meltsim::ProbeKind
 

@@ -276,12 +276,17 @@ enum class ForceFieldKind : std::uint8_t {
   uniform,  ///< accelerates by `acceleration`
   radial,   ///< away from `center` by `strength`, or towards it where that is negative
   vortex,   ///< around `axis` through `center` by `strength`, anticlockwise seen against the axis
-  drag      ///< towards the velocity of a wind, at `rate`
+  drag,     ///< towards the velocity of a wind, at `rate`
+  /// Counts pressure below a level from that of a liquid at rest: lifts what is below `center` by the weight of its volume of a liquid of `density`, so that gravity
+  /// acts on differences of density alone. For bodies that sink, rise or hover deep in liquid: they move as they should and sound may be slower. All below
+  /// the level has to stay full of liquid and bodies (StepResult::level_bared). Pressures are then without that of rest; forces on bodies
+  /// that can move are with it, on fixed, kinematic and held ones and on walls without.
+  hydrostatic
 };
 
 /// A part of space in which particles are accelerated: a fan, a magnet, a whirl, wind. Acts on liquid and on bodies that can move:
 /// rigid bodies and proxies feel force and torque, kinematic, fixed and held bodies nothing, nor does liquid that a nozzle holds. Fields
-/// are accelerations: the same for light and heavy particles; several add up.
+/// are accelerations: the same for light and heavy particles, but for hydrostatic ones; several add up.
 struct ForceFieldDesc {
   std::string name;                               ///< empty = "field<N>"
   ForceFieldKind kind = ForceFieldKind::uniform;  ///< what it does
@@ -289,12 +294,13 @@ struct ForceFieldDesc {
   /// nearest image of its centre counts.
   std::optional<Shape> shape;
   Vec3d acceleration;  ///< A of a uniform field [m/s^2]
-  /// The point of a radial field, of a vortex's axis, of the wind's rotation [m]; empty = the centre of the shape, everywhere (0, 0, 0).
+  /// The point of a radial field, of a vortex's axis, of the wind's rotation, a point of a hydrostatic level [m]; empty = the centre of the shape,
+  /// everywhere (0, 0, 0).
   std::optional<Vec3d> center;
   Vec3d axis{0, 1, 0};  ///< of a vortex, of any length but 0
   double strength = 0;  ///< s of a radial field or a vortex at the distance `radius` [m/s^2]
   /// R of a radial field or a vortex: within it the acceleration grows linearly with the distance [m]. 0, with power 0: it is `strength`
-  /// at every distance.
+  /// at every distance. Of a hydrostatic field: how far below the level it is whole; 0: a support radius.
   double radius = 0;
   /// p of a radial field or a vortex: beyond `radius` the acceleration goes as the distance to this power: 1 (a spring, a rigid rotation
   /// that speeds up), 0, -1, -2 (gravity).
@@ -304,6 +310,7 @@ struct ForceFieldDesc {
   double rate = 0;     ///< k of drag: what moves on its own takes up the wind's velocity as exp(-k t) [1/s]
   bool liquid = true;  ///< acts on liquid
   bool bodies = true;  ///< acts on bodies that can move
+  double density = 0;  ///< of the liquid whose pressure at rest a hydrostatic field takes out [kg/m^3]
   double from = 0;     ///< acts in sub-steps that begin at this time or later [s]
   double until = infinity;  ///< and before this one [s]
 };

@@ -319,7 +319,8 @@ enum {
   MELTSIM_FIELD_UNIFORM = 0, /* accelerates by `acceleration` */
   MELTSIM_FIELD_RADIAL = 1,  /* away from `center` by `strength`, or towards it where that is negative */
   MELTSIM_FIELD_VORTEX = 2,  /* around `axis` through `center` by `strength` */
-  MELTSIM_FIELD_DRAG = 3     /* towards the velocity of a wind, at `rate` */
+  MELTSIM_FIELD_DRAG = 3,    /* towards the velocity of a wind, at `rate` */
+  MELTSIM_FIELD_HYDROSTATIC = 4 /* counts pressure below `center` from that of a liquid of `density` at rest */
 };
 
 /* A part of space in which liquid and bodies that can move are accelerated (meltsim/desc.hpp: ForceFieldDesc). */
@@ -342,6 +343,7 @@ typedef struct meltsim_force_field_desc {
   double until;               /* ceases to act [s] */
   int32_t liquid;             /* acts on liquid */
   int32_t bodies;             /* acts on bodies that can move */
+  double density;             /* of the liquid of a hydrostatic field [kg/m^3] */
 } meltsim_force_field_desc;
 
 /* How a kinematic body moves from the next step on. */

@@ -33,6 +33,7 @@ struct StepResult {
   bool modulus_unreachable = false;    ///< a body is softer than its youngs_modulus
   bool body_stiffened = false;         ///< a body is stiffer than described: softer, it would gain energy
   bool cooled_to_zero = false;         ///< a particle that would have cooled below 0 K was held there
+  bool level_bared = false;            ///< liquid below the level of a hydrostatic field has a free surface
   /// An emitter stopped, at its max_particles or as a closed domain is full; or of one that recycles or has a level no ids were free for
   /// some of what was to come.
   bool emitter_exhausted = false;

@@ -253,6 +253,8 @@ void bind_readings(nb::module_& m) {
       .add("modulus_unreachable", &StepResult::modulus_unreachable,
            "A body is softer than its youngs_modulus.")
       .add("body_stiffened", &StepResult::body_stiffened, "A body is stiffer than described.")
+      .add("level_bared", &StepResult::level_bared,
+           "Liquid below the level of a hydrostatic field has a free surface.")
       .add("cooled_to_zero", &StepResult::cooled_to_zero,
            "A particle that would have cooled below 0 K was held there.")
       .add("emitter_exhausted", &StepResult::emitter_exhausted,

@@ -450,8 +450,8 @@ const Keys<HeatRegionDesc>& region_keys() {
 const Keys<ForceFieldDesc>& field_keys() {
   using D = ForceFieldDesc;
   static const Keys<D> keys{
-      {"kind", "str", "\"uniform\", \"radial\", \"vortex\" or \"drag\"",
-       set_to(&D::kind, {"uniform", "radial", "vortex", "drag"})},
+      {"kind", "str", "\"uniform\", \"radial\", \"vortex\", \"drag\" or \"hydrostatic\"",
+       set_to(&D::kind, {"uniform", "radial", "vortex", "drag", "hydrostatic"})},
       {"shape", "Shape | None", "a box, a sphere or a cylinder, also transformed; None: everywhere",
        [](D& d, const std::string& name, nb::handle v) {
          if (v.is_none()) return d.shape.reset();
@@ -462,7 +462,8 @@ const Keys<ForceFieldDesc>& field_keys() {
       {"name", "str", "empty: field<N>", set_to(&D::name)},
       {"acceleration", vector_type, "of a uniform field [m/s^2]", set_to(&D::acceleration)},
       {"center", "Sequence[float] | None",
-       "of a radial field, of a vortex's axis, of the wind's rotation [m]; None: the shape's",
+       "of a radial field, of a vortex's axis, of the wind's rotation, of a hydrostatic level [m]; None: the "
+       "shape's",
        [](D& d, const std::string& name, nb::handle v) {
          d.center = v.is_none() ? std::nullopt : std::optional<Vec3d>(vector(name, v));
        }},
@@ -471,6 +472,8 @@ const Keys<ForceFieldDesc>& field_keys() {
        set_to(&D::strength)},
       {"radius", "float", "within it a radial field or a vortex grows linearly from its centre [m]",
        set_to(&D::radius)},
+      {"density", "float", "of the liquid whose pressure at rest a hydrostatic field takes out [kg/m^3]",
+       set_to(&D::density)},
       {"power", "int", "beyond the radius it goes as the distance to this power: 1, 0, -1, -2",
        set_to(&D::power)},
       {"velocity", vector_type, "of the wind of drag [m/s]", set_to(&D::velocity)},

@@ -529,7 +529,7 @@ static meltsim::ForceFieldDesc field_of(const meltsim_force_field_desc* desc) {
   const meltsim_force_field_desc c = read(desc, "desc", defaults_of<meltsim_force_field_desc>());
   meltsim::ForceFieldDesc d;
   if (c.name != nullptr) d.name = c.name;
-  d.kind = option<meltsim::ForceFieldKind>(c.kind, MELTSIM_FIELD_DRAG, "desc.kind");
+  d.kind = option<meltsim::ForceFieldKind>(c.kind, MELTSIM_FIELD_HYDROSTATIC, "desc.kind");
   if (c.shape != nullptr) d.shape = c.shape->shape;
   d.acceleration = vec(c.acceleration);
   if (c.has_center != 0) d.center = vec(c.center);
@@ -542,6 +542,7 @@ static meltsim::ForceFieldDesc field_of(const meltsim_force_field_desc* desc) {
   d.rate = c.rate;
   d.liquid = c.liquid != 0;
   d.bodies = c.bodies != 0;
+  d.density = c.density;
   d.from = c.from;
   d.until = c.until;
   return d;

@@ -613,9 +613,9 @@ Status validate(const HeatRegionDesc& r, HeatModel model) {
 
 Status validate(const ForceFieldDesc& f) {
   const std::string p = "force field \"" + f.name + "\": ";
-  if (f.kind > ForceFieldKind::drag)
+  if (f.kind > ForceFieldKind::hydrostatic)
     return invalid(p, "kind: there is no kind ", static_cast<std::uint32_t>(f.kind),
-                   "; use uniform, radial, vortex or drag");
+                   "; use uniform, radial, vortex, drag or hydrostatic");
   const std::pair<const char*, Vec3d> vectors[] = {{"acceleration", f.acceleration},
                                                    {"center", f.center.value_or(Vec3d{})},
                                                    {"axis", f.axis},
@@ -642,6 +642,20 @@ Status validate(const ForceFieldDesc& f) {
       !s)
     return s;
   if (Status s = measurable(p + "rate", f.rate, "1/s"); !s) return s;
+  if (f.kind == ForceFieldKind::hydrostatic) {
+    if (Status s = within(p + "density", f.density, 1e-3, 1e6, "kg/m^3",
+                          "that of the liquid below the level, 1000 of water");
+        !s)
+      return s;
+    if (!f.center && !f.shape)
+      return invalid(p,
+                     "center: is not given; a hydrostatic field takes a point of its level, below which all "
+                     "stays full of liquid");
+    if (!f.liquid || !f.bodies)
+      return invalid(
+          p, f.liquid ? "bodies" : "liquid",
+          ": is false; a hydrostatic field acts on all that is below its level, or what floats would not");
+  }
   if (!f.liquid && !f.bodies)
     return invalid(p, "liquid: is false and so is bodies: it acts on nothing; set one of them");
   if (Status st = validate_times(p, f.from, f.until); !st) return st;

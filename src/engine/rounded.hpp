@@ -34,6 +34,7 @@ physics::ForceField<T> round_field(const physics::ForceField<double>& f) {
   r.strength = static_cast<T>(f.strength);
   r.radius = static_cast<T>(f.radius);
   r.rate = static_cast<T>(f.rate);
+  r.density = static_cast<T>(f.density);
   r.from = f.from;
   r.until = f.until;
   return r;

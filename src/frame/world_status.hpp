@@ -197,6 +197,7 @@ struct WorldStatus {
   std::uint64_t ledger_step = 0;            ///< its index; 0: none since the upload
   double ledger_dt = 0;
   std::int64_t cooled_to_zero = 0;  ///< particle-stages held at 0 K
+  std::uint64_t level_bared = 0;    ///< 1: liquid below the level of a hydrostatic field has a free surface
   std::int64_t heat_bound_exceeded =
       0;  ///< particle-stages that exchanged faster than the stage count allows
   std::int64_t viscous_bound_exceeded =

@@ -235,13 +235,16 @@ class Columns {
  private:
   double gravity() const { return std::fabs(part(desc_.gravity, axis_)); }
   /// What pulls a particle along gravity [m/s^2]: with fields perhaps nothing.
-  double pull(std::uint32_t id) const {
+  double pull(std::uint32_t id) const { return pull(id, state_.position[id]); }
+  /// The same of the particle at another place.
+  double pull(std::uint32_t id, Vec3d x) const {
     Vec3d a = desc_.gravity;
+    const physics::Weighed<double> weighed{desc_.gravity, state_.volume[id] / state_.mass[id]};
     physics::Winds<double> winds;
     for (const physics::ForceField<double>& f : fields_)
-      if (physics::in_force_region(f, state_.position[id] - f.center)) {
-        a += physics::force_field_acceleration(f, state_.position[id] - f.about);
-        winds.add(f, state_.position[id] - f.about);
+      if (physics::in_force_region(f, x - f.center)) {
+        a += physics::force_field_acceleration(f, x - f.about, weighed);
+        winds.add(f, x - f.about);
       }
     a += physics::wind_acceleration(winds, state_.velocity[id], a, 0.0);
     return std::max(-up_ * part(a, axis_), 0.0);
@@ -463,11 +466,26 @@ class Columns {
   }
   /// Pressure at the top of a run [Pa]: of the liquid up to the level beside it. In a full box, where liquid may pull, it is on average none.
   template <class Weight>
-  double on_top(const Run& r, const Weight& weight) const {
-    if (r.level > -infinity) return std::max(r.level - top(r), 0.0) / desc_.spacing * weight(r.end - 1);
+  double on_top(const Run& r, const Weight& weight, double mass_per_area) const {
+    if (r.level > -infinity)
+      return hydrostatic_ ? pull_above(r) * mass_per_area
+                          : std::max(r.level - top(r), 0.0) / desc_.spacing * weight(r.end - 1);
     double all = 0;
     for (std::size_t i = r.first; i < r.end && desc_.tension; ++i) all += weight(i);
     return -0.5 * all;
+  }
+  /// Sum of what pulls on the particle at the top of a run, were it in the layers between there and the level beside it [m/s^2]: hydrostatic
+  /// fields take out more the deeper it is.
+  double pull_above(const Run& r) const {
+    const std::uint32_t id = places_[r.end - 1].id;
+    const double above = std::max(r.level - top(r), 0.0), layers = std::ceil(above / desc_.spacing);
+    double sum = 0;
+    for (double k = 0; k < layers; ++k) {
+      Vec3d x = state_.position[id];
+      part(x, axis_) = up_ * (top(r) + above * (k + 0.5) / layers);
+      sum += pull(id, x) * above / (layers * desc_.spacing);
+    }
+    return sum;
   }
   /// Cells of liquid may be laid out longer or shorter than a spacing (WorldImpl::cell_of); what rounding makes of one is one.
   static double unless_alike(double length, double usual) {
@@ -528,8 +546,9 @@ class Columns {
     const double dx = layer(r), square = desc_.spacing * desc_.spacing;
     const auto mass = [&](std::size_t place) { return state_.mass[places_[place].id]; };
     const auto volume = [&](std::size_t place) { return state_.volume[places_[place].id]; };
+    const auto area = [&](std::size_t place) { return unless_alike(volume(place) / dx, square); };
     const auto weight = [&](std::size_t place) {
-      return pull(places_[place].id) * mass(place) / unless_alike(volume(place) / dx, square);
+      return pull(places_[place].id) * mass(place) / area(place);
     };
     constexpr double most_fraction = 1.1;  // beyond, layers are no lattice any more: left as it was laid out
     std::vector<double> weights(r.end - r.first), stiffness(r.end - r.first);
@@ -537,7 +556,12 @@ class Columns {
       weights[i - r.first] = weight(i);
       stiffness[i - r.first] = physics::tait_stiffness(mass(i) / volume(i), sound_speed_);
     }
-    Pressed pressed{on_top(r, weight), std::move(weights), std::move(stiffness), cell_of(r), {}, {}};
+    Pressed pressed{on_top(r, weight, mass(r.end - 1) / area(r.end - 1)),
+                    std::move(weights),
+                    std::move(stiffness),
+                    cell_of(r),
+                    {},
+                    {}};
     if (!pressed.alike(last)) {
       pressed.phi = physics::hydrostatic_fractions(pressed.on_top, pressed.weights, pressed.stiffness);
       last = std::move(pressed);
@@ -574,6 +598,9 @@ class Columns {
   const core::SceneState& state_;
   const WorldDesc& desc_;
   std::vector<physics::ForceField<double>> fields_;
+  const bool hydrostatic_ = std::any_of(fields_.begin(), fields_.end(), [](const auto& f) {
+    return f.kind == physics::ForceKind::hydrostatic;
+  });
   const std::vector<LiquidFill>& fills_;
   int axis_, up_ = 1;                                         ///< up_: sign of what is against gravity
   double sound_speed_;                                        ///< [m/s]

@@ -11,19 +11,38 @@ namespace sph {
 
 using core::Frame;
 
+/// Density of the liquid whose weight hydrostatic fields take out at a place [kg/m^3].
+template <class T>
+MELTSIM_HD T taken_out(const Frame<T>& w, Vec3<T> x) {
+  if (w.f.force_fields == nullptr) return T(0);
+  const core::Clock<T>& clock = *w.f.clock;
+  T density = 0;
+  for (std::uint32_t k = 0; k < w.f.force_fields->count; ++k) {
+    const physics::ForceField<T>& f = w.f.force_fields->row[k];
+    if (f.on == 0u || f.kind != physics::ForceKind::hydrostatic) continue;
+    if (!(clock.time >= f.from && clock.time < f.until)) continue;
+    if (!physics::in_force_region(f, spatial::separation(w.grid, x, f.center))) continue;
+    density +=
+        f.density * physics::hydrostatic_share(
+                        f, physics::depth_below(spatial::separation(w.grid, x, f.about), clock.gravity));
+  }
+  return density;
+}
+
 /// What liquid j tells a particle of a body.
 template <class T>
 struct LiquidBeside {
   T pressure{};  ///< mean of the pair [Pa]
   T level{};     ///< the same, taken to the height of the particle [Pa]
-  T density{};   ///< [kg/m^3]
+  T density{};   ///< as far as it weighs: less what hydrostatic fields take out [kg/m^3]
 };
 template <class T>
 MELTSIM_HD LiquidBeside<T> liquid_beside(const Frame<T>& w, std::uint32_t j, std::uint32_t tag, T tau,
                                          const Vec3<T>& x_kj) {
   const core::MaterialRow<T>& m = w.f.materials[material_of(tag)];
   const T pair = T(0.5) * (w.f.velocity[j].w + m.tait_stiffness * tau);
-  return {pair, pair + m.density * dot(w.f.clock->gravity, x_kj), m.density};
+  const T density = m.density - taken_out(w, xyz(w.f.position[j]));
+  return {pair, pair + density * dot(w.f.clock->gravity, x_kj), density};
 }
 
 /// Empties the sums of a piece.

@@ -113,6 +113,8 @@ WorldImpl::FieldReach WorldImpl::reach_of(const ForceFieldRecord& r) const {
       out.squared = 2 * (std::fabs(a.x) * size.x + std::fabs(a.y) * size.y + std::fabs(a.z) * size.z);
       break;
     }
+    case ForceFieldKind::hydrostatic:  // takes weight away
+      break;
     case ForceFieldKind::drag:
       if (f.rate > 0) out.wind = length(f.velocity) + length(f.angular_velocity) * far;
       break;
@@ -174,7 +176,9 @@ physics::ForceField<double> WorldImpl::field_row(const ForceFieldRecord& r) cons
   row.spin = f.angular_velocity;
   row.strength = f.strength;
   row.radius = f.radius;
+  if (f.kind == ForceFieldKind::hydrostatic && !(f.radius > 0)) row.radius = core::support_of(desc);
   row.rate = f.rate;
+  row.density = f.density;
   row.from = f.from;
   row.until = f.until;
   return row;

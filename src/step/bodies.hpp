@@ -320,15 +320,21 @@ struct FieldsBody {
       const Vec3<T> x = xyz(w.f.position[i]), v = xyz(w.f.velocity[i]);
       const std::uint32_t count = w.f.force_fields->count;
       physics::Winds<T> winds;
+      const physics::Weighed<T> weighed{clock.gravity, w.f.position[i].w / w.f.mass[i]};
+      bool bared = false;
       for (std::uint32_t k = 0; k < count; ++k) {
         const physics::ForceField<T>& field = w.f.force_fields->row[k];
         if (field.on == 0u || (liquid ? field.liquid : field.bodies) == 0u) continue;
         if (!(clock.time >= field.from && clock.time < field.until)) continue;
         if (!physics::in_force_region(field, spatial::separation(w.grid, x, field.center))) continue;
         const Vec3<T> from = spatial::separation(w.grid, x, field.about);
-        a += physics::force_field_acceleration(field, from);
+        a += physics::force_field_acceleration(field, from, weighed);
         winds.add(field, from);
+        bared =
+            bared || (liquid && field.kind == physics::ForceKind::hydrostatic &&
+                      physics::hydrostatic_share(field, physics::depth_below(from, weighed.gravity)) == T(1));
       }
+      if (bared && w.f.density[i] < static_cast<T>(physics::least_filled)) w.f.status->level_bared = 1u;
       a += physics::wind_acceleration(winds, v, w.f.acceleration[i] + a, clock.dt);
       Vec3<T> more = a;
       if (liquid) {
@@ -449,6 +455,7 @@ struct ClearBody {
     s.viscous_bound_exceeded = 0;
     s.solute_bound_exceeded = 0;
     s.cooled_to_zero = 0;
+    s.level_bared = 0;
     s.reserve_spent = 0u;
   }
 };

@@ -149,6 +149,38 @@ void WorldImpl::see_all_anew() {
 /// place where something was added.
 double WorldImpl::fall_height() const { return seen_.high >= seen_.low ? seen_.high - lowest_place() : 0; }
 
+/// Of that the part over which all weighs in full: ahead of the level of a hydrostatic field that is everywhere and for ever [m].
+double WorldImpl::weighed_height() const {
+  const double all = fall_height(), g = length(desc.gravity);
+  double part = all;
+  for (const ForceFieldRecord& r : force_fields_)
+    if (g > 0 && always_hydrostatic(r))
+      part = std::min(part, seen_.high + dot(*r.desc.center, desc.gravity) / g + field_row(r).radius);
+  return std::max(part, 0.0);
+}
+
+/// Square of the speed that bodies and liquids may come to below such levels, where differences of density drive them against the liquid that
+/// they take along, half of what they displace [m^2/s^2].
+double WorldImpl::buoyant_speed2() const {
+  double square = 0;
+  for (const ForceFieldRecord& r : force_fields_) {
+    if (!always_hydrostatic(r)) continue;
+    const double rho = r.desc.density, fall = 2 * length(desc.gravity) * (fall_height() - weighed_height());
+    const auto see = [&](double density) {
+      square = std::max(square, fall * std::fabs(density - rho) / (density + 0.5 * rho));
+    };
+    for (std::size_t i = 0; i < materials.size(); ++i)
+      if (may_be_liquid(i)) see(materials[i].density);
+    for (const BodyRecord& b : bodies_) see(materials[b.desc.material.index].density);
+  }
+  return square;
+}
+
+bool WorldImpl::always_hydrostatic(const ForceFieldRecord& r) {
+  return r.used && r.desc.kind == ForceFieldKind::hydrostatic && !r.desc.shape && r.desc.center &&
+         r.desc.from <= 0 && r.desc.until == infinity;
+}
+
 /// Along "up" [m].
 double WorldImpl::lowest_place() const {
   const double g = length(desc.gravity);
@@ -180,8 +212,8 @@ void WorldImpl::derive_sound_speed() {
     sound_speed_ = desc.sound_speed;
     return;
   }
-  const double depth = seen_.high >= seen_.low ? fall_height() + desc.spacing : 0;
-  double speed = seen_.speed;
+  const double depth = seen_.high >= seen_.low ? weighed_height() + desc.spacing : 0;
+  double speed = std::sqrt(seen_.speed * seen_.speed + buoyant_speed2());
   if (any_field()) {
     const FieldReach fields = reach_of_fields();
     speed = std::sqrt(std::pow(std::max(speed, fields.wind), 2) + fields.squared);
@@ -261,8 +293,8 @@ Status WorldImpl::check_sound_speed() const {
   const double along[3] = {pull.x, pull.y, pull.z};
   for (std::size_t axis = 0; axis < 3; ++axis)
     if (along[axis] != 0 && faces[2 * axis + (along[axis] > 0 ? 1 : 0)] != Face::wall) return {};
-  const double g = length(pull), height = fall_height();
-  double speed = std::sqrt(seen_.speed * seen_.speed + 2 * g * height);
+  const double g = length(pull), height = weighed_height();
+  double speed = std::sqrt(seen_.speed * seen_.speed + buoyant_speed2() + 2 * g * height);
   if (std::none_of(bodies_.begin(), bodies_.end(), [](const BodyRecord& b) { return !b.desc.fixed; })) {
     double creep = 0;  // of a layer of that height on a slope
     for (std::size_t i = 0; i < materials.size(); ++i)

@@ -685,6 +685,7 @@ void WorldImpl::add_extremes(StepResult& r, const StepResult& more) {
   r.viscous_bound_exceeded = r.viscous_bound_exceeded || more.viscous_bound_exceeded;
   r.solute_bound_exceeded = r.solute_bound_exceeded || more.solute_bound_exceeded;
   r.cooled_to_zero = r.cooled_to_zero || more.cooled_to_zero;
+  r.level_bared = r.level_bared || more.level_bared;
   r.body_stiffened = r.body_stiffened || more.body_stiffened;
   r.modulus_unreachable = r.modulus_unreachable || more.modulus_unreachable;
 }
@@ -708,6 +709,7 @@ StepResult WorldImpl::result_of(const core::WorldStatus& s, const Moment& at) {
   r.viscous_bound_exceeded = s.viscous_bound_exceeded != 0;
   r.solute_bound_exceeded = s.solute_bound_exceeded != 0;
   r.cooled_to_zero = s.cooled_to_zero != 0;
+  r.level_bared = s.level_bared != 0;
   r.emitter_exhausted = at.emitter_exhausted || s.reserve_spent != 0;
   r.melted = static_cast<std::uint64_t>(s.melted);
   r.frozen = s.frozen;

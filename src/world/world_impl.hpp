@@ -541,6 +541,9 @@ class WorldImpl final : public Scheduler {
   void push_material(const MaterialDesc& m);
   void pop_material();
   double fall_height() const;
+  double weighed_height() const;
+  double buoyant_speed2() const;
+  static bool always_hydrostatic(const ForceFieldRecord& r);
   double column_height() const;
   double lowest_place() const;
   // world/sound.cpp

@@ -609,8 +609,8 @@ class Sequence {
   /// Adds, changes or removes a force field; sometimes by the handle of one that is gone.
   void push_about() {
     ForceFieldDesc f;
-    f.kind =
-        pick({ForceFieldKind::uniform, ForceFieldKind::radial, ForceFieldKind::vortex, ForceFieldKind::drag});
+    f.kind = pick({ForceFieldKind::uniform, ForceFieldKind::radial, ForceFieldKind::vortex,
+                   ForceFieldKind::drag, ForceFieldKind::hydrostatic});
     const Vec3d corner = low_ + size_ * 0.2;
     if (chance(0.3)) f.shape = shape();  // most kinds of which are refused
     else if (chance(0.5))
@@ -628,6 +628,7 @@ class Sequence {
     f.rate = or_extreme(pick({0.0, 1.0, 30.0, 1e6}), 0.03);
     f.liquid = chance(0.9);
     f.bodies = chance(0.9);
+    f.density = or_extreme(pick({0.0, 900.0, 1000.0}), 0.03);
     if (chance(0.2)) f.until = or_extreme(random_.uniform(0, 0.3), 0.1);
     const bool adds = fields_.empty() || chance(0.4), removes = !adds && chance(0.3);
     note("force field kind ", int(f.kind), " strength ", f.strength, " rate ", f.rate,

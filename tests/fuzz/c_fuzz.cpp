@@ -864,14 +864,15 @@ class Sequence {
     meltsim_force_field_desc d, defaults;
     meltsim_force_field_desc_init(&defaults);
     d = defaults;
-    d.kind = choice(4);
+    d.kind = choice(5);
+    d.density = number(1000);
     put(d.acceleration, vector({0, 2, 0}));
     put(d.velocity, vector({1, 0, 0}));
     d.strength = number(2), d.radius = number(dx), d.rate = number(1), d.power = choice(2);
     const BothShapes s = simple();
     const bool within = chance(0.4);
     if (within) d.shape = s.c.get();
-    if (d.kind < 0 || d.kind > MELTSIM_FIELD_DRAG)
+    if (d.kind < 0 || d.kind > MELTSIM_FIELD_HYDROSTATIC)
       return refused("add_force_field", [&] { return meltsim_world_add_force_field(c_.get(), &d, nullptr); });
     const auto cpp_of = [&](const meltsim_force_field_desc& c) {
       ForceFieldDesc x;
@@ -881,7 +882,8 @@ class Sequence {
       if (c.has_center != 0) x.center = vec(c.center);
       x.angular_velocity = vec(c.angular_velocity);
       x.strength = c.strength, x.radius = c.radius, x.rate = c.rate, x.power = c.power;
-      x.from = c.from, x.until = c.until, x.liquid = c.liquid != 0, x.bodies = c.bodies != 0;
+      x.density = c.density, x.from = c.from, x.until = c.until, x.liquid = c.liquid != 0,
+      x.bodies = c.bodies != 0;
       return x;
     };
     if (fields_.empty() || chance(0.5)) {

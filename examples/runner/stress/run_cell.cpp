@@ -207,6 +207,7 @@ class Cell {
     flag(r.modulus_unreachable, "modulus_unreachable");
     flag(r.body_stiffened, "body_stiffened");
     flag(r.cooled_to_zero, "cooled_to_zero");
+    flag(r.level_bared, "level_bared");
     flag(r.emitter_exhausted, "emitter_exhausted");
     const meltsim::Totals t = need(world_.totals());
     fastest_ = std::max({fastest_, t.max_speed, r.max_speed});

@@ -11,7 +11,9 @@
 //   radial   a = s f(r) e_r                  e_r away from the point        m/s^2
 //   vortex   a = s f(r) n x e_r              r, e_r from the axis           m/s^2
 //   drag     a = k (u + w x x - v) m - b (1 - m), m = (1 - exp(-k dt))/(k dt)   m/s^2
+//   hydrostatic  a = -g s(d) rho V/M         pi(d) = rho |g| int s dd       m/s^2, Pa
 //   f(r)     = r/R for r < R or p = 1, else (r/R)^p                         -
+//   s(d)     = d/R within 0 to 1                                            -
 //
 //   symbol  meaning                                                       unit
 //   s       acceleration at the distance R                                m/s^2
@@ -22,8 +24,17 @@
 //   x, v    place of the particle from the point, its velocity            m, m/s
 //   k       rate at which the difference in velocity decays, 1/tau        1/s
 //   b       acceleration by all else; the solution of v' = b + k (u - v)  m/s^2
+//   g       gravity                                                       m/s^2
+//   d       depth below the level, along gravity                          m
+//   rho     density of the liquid whose pressure at rest is pi            kg/m^3
+//   V, M    volume and mass of the particle                               m^3, kg
 //
-// Deviations: fields are accelerations, the same for light and heavy particles. On a particle of liquid, and on a body all of which is in
+// Hydrostatic: pressure counted from that of a liquid at rest, as solvers of stratified and free-surface flow do with p - rho g h (Rusche 2002,
+// thesis, Imperial College London, sec. 4.2.5). Where liquid fills all that is below the level, the forces of pi are those of Archimedes on every
+// particle, liquid and body alike, so nothing but the level of the pressure changes. What it is for: liquid and bodies resist slow motion with a
+// friction in proportion to that level (isotropic_pressure.hpp), and sound has to be fast for it.
+//
+// Deviations: fields are accelerations, the same for light and heavy particles, but for hydrostatic ones. On a particle of liquid, and on a body all of which is in
 // the wind, drag is exact for any dt beside an acceleration that stays as it is in a sub-step; what a body's shape does within one comes after it.
 #pragma once
 
@@ -38,7 +49,7 @@ namespace physics {
 inline constexpr std::uint32_t most_force_fields = 16;
 
 /// What a force field does.
-enum class ForceKind : std::uint32_t { uniform, radial, vortex, drag };
+enum class ForceKind : std::uint32_t { uniform, radial, vortex, drag, hydrostatic };
 /// Where it does so.
 enum class ForceRegion : std::uint32_t { everywhere, box, sphere, cylinder };
 
@@ -61,6 +72,7 @@ struct ForceField {
   T strength{};      ///< s [m/s^2]
   T radius{};        ///< R [m]
   T rate{};          ///< k [1/s]
+  T density{};       ///< rho [kg/m^3]
   double from = 0;   ///< acts in sub-steps that begin at this time or later [s]
   double until = 0;  ///< and before this one [s]
 };
@@ -100,10 +112,44 @@ MELTSIM_HD T mean_decay(T x) {
   return static_cast<T>(y < 1e-5 ? 1 - y * (0.5 - y / 6) : (1 - exponential(-y)) / y);
 }
 
+/// Depth below the level of a hydrostatic field of a place x [m] from its point; negative above, 0 without gravity [m].
+template <class T>
+MELTSIM_HD T depth_below(Vec3<T> x, Vec3<T> gravity) {
+  const T g = length(gravity);
+  return g > T(0) ? dot(x, gravity) * (T(1) / g) : T(0);
+}
+
+/// phi of liquid below which it has a free surface beside it, and so is not what a hydrostatic field takes it for [-].
+inline constexpr double least_filled = 0.85;
+
+/// s(d).
+template <class T>
+MELTSIM_HD T hydrostatic_share(const ForceField<T>& f, T depth) {
+  return clamp(depth / f.radius, T(0), T(1));
+}
+
+/// pi(d) [Pa]: what a pressure lacks that is counted from it.
+template <class T>
+MELTSIM_HD T hydrostatic_pressure(const ForceField<T>& f, T depth, Vec3<T> gravity) {
+  const T d = maximum(depth, T(0));
+  const T reach = d < f.radius ? T(0.5) * d * d / f.radius : d - T(0.5) * f.radius;
+  return f.density * length(gravity) * reach;
+}
+
+/// What the acceleration of a particle by a field depends on beside its place.
+template <class T>
+struct Weighed {
+  Vec3<T> gravity{};
+  T volume_per_mass{};  ///< V/M [m^3/kg]
+};
+
 /// Acceleration by a field, drag excepted, that acts on a particle at x [m] from its point [m/s^2].
 template <class T>
-MELTSIM_HD Vec3<T> force_field_acceleration(const ForceField<T>& f, Vec3<T> x) {
+MELTSIM_HD Vec3<T> force_field_acceleration(const ForceField<T>& f, Vec3<T> x, const Weighed<T>& particle) {
   switch (f.kind) {
+    case ForceKind::hydrostatic:
+      return particle.gravity *
+             (-hydrostatic_share(f, depth_below(x, particle.gravity)) * f.density * particle.volume_per_mass);
     case ForceKind::radial:
       return x * force_falloff(f, length(x));
     case ForceKind::vortex: {
