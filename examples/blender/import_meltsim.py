@@ -7,8 +7,8 @@ all of them as an animation, with their temperature.
 or in Blender's own Scripting tab: run it, then `import_frame("out/ice_block-001", 12)` or `import_sequence("out/ice_block-001")`. Temperatures come as
 the vertex attribute "temperature" [degrees Celsius] and as the colour attribute "warmth" (blue, yellow, red), which the
 materials "meltsim solid" and "meltsim liquid" show; the ends of the colours are the same in all frames of a sequence. Where the run wrote particles, too,
-the vertex attribute "velocity" [m/s] is that of the particles around, for motion blur. What is dissolved in liquid has a vertex attribute each, "w_"
-and its name: its mass fraction. In a sequence every frame is an object that is shown in its frame
+the vertex attribute "velocity" [m/s] is that of the particles around, for motion blur. The vertex attribute "liquid_fraction" is 0 where all is solid and 1 where
+all is liquid. What is dissolved in liquid has a vertex attribute each, "w_" and its name: its mass fraction. In a sequence every frame is an object that is shown in its frame
 alone. Debian: apt install blender python3-numpy. Arrays are handed over whole (foreach_set), so a surface of
 160,000 triangles takes a fraction of a second.
 """
@@ -117,7 +117,7 @@ def add(name, vertices, triangles, velocity, cold, hot, alpha, up):
     if "material" in vertices.dtype.names:
         numbers = numpy.ascontiguousarray(vertices["material"])
         mesh.attributes.new("material", "INT", "POINT").data.foreach_set("value", numbers)
-    for column in (c for c in vertices.dtype.names if c.startswith("w_")):
+    for column in (c for c in vertices.dtype.names if c == "liquid_fraction" or c.startswith("w_")):
         mesh.attributes.new(column, "FLOAT", "POINT").data.foreach_set("value", numpy.ascontiguousarray(vertices[column]))
     if velocity is not None:
         u, v, w = velocity.T

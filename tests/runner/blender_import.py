@@ -78,7 +78,7 @@ with tempfile.TemporaryDirectory() as folder:
         assert seen == sorted(f"{name}_{shown - 1:05}" for name in frames[shown - 1]), seen
     for o in made:
         kinds = {a.name for a in o.data.attributes}
-        assert {"temperature", "material", "warmth"} <= kinds and ("velocity" in kinds) == (not o.name.endswith("00002")), kinds
+        assert {"temperature", "material", "liquid_fraction", "warmth"} <= kinds and ("velocity" in kinds) == (not o.name.endswith("00002")), kinds
         # Its colour is that of its temperature on the one scale of all frames; y of the scene is Blender's z.
         values, seen = np.empty(len(o.data.vertices), np.float32), np.empty(4 * len(o.data.vertices), np.float32)
         o.data.attributes["temperature"].data.foreach_get("value", values)
