@@ -16,7 +16,7 @@ liquid is water and other bodies are ice; in the look of temperatures they are b
 frames of a sequence. Either way temperatures are the vertex attributes "temperature" and, for shaders, "celsius" [degrees Celsius], and the
 colour attribute "warmth"; shaders of Cycles read 0 of mesh attributes that are called as those of volumes are (temperature, velocity, color, density).
 Where the run wrote particles, too, the vertex attribute "velocity" [m/s] is that of the particles around, for motion blur. What is dissolved in
-liquid has a vertex attribute each, "w_" and its name: its mass fraction. In a sequence every frame is an object that is shown
+liquid has a vertex attribute each, "w_" and its name: its mass fraction; "liquid_fraction" is 0 where all is solid and 1 where all is liquid. In a sequence every frame is an object that is shown
 in its frame alone. With --save and no file opened before, the .blend has the camera, rate and size of the run's pictures, a floor and light;
 a file that is open gets the surfaces and nothing else. Debian: apt install blender python3-numpy. Arrays are handed over whole
 (foreach_set), so a surface of 160,000 triangles takes a fraction of a second.
@@ -447,7 +447,7 @@ def add(run, name, frame, part, style):
     for called in ("temperature", "celsius"):  # Cycles takes the first for one of volumes, and reads 0
         put(mesh, called, "FLOAT", vertices["temperature"])
     put(mesh, "material", "INT", vertices["material"])
-    for column in (c for c in vertices.dtype.names if c.startswith("w_")):
+    for column in (c for c in vertices.dtype.names if c == "liquid_fraction" or c.startswith("w_")):
         put(mesh, column, "FLOAT", vertices[column])
     if part.velocity is not None:
         put(mesh, "velocity", "FLOAT_VECTOR", part.velocity @ style.turn.T)

@@ -44,10 +44,21 @@ std::vector<std::uint64_t> spread(const std::vector<std::uint64_t>& all, std::ui
   return some;
 }
 
+/// Whether run.json has a warning with this text.
+bool run_warned(const RunDirectory& directory, const std::string& text) {
+  const Json run = Json::parse(read_file(directory.file("run.json")), nullptr, false);
+  if (!run.is_object() || !run.contains("warnings")) return false;
+  return std::any_of(run["warnings"].begin(), run["warnings"].end(), [&](const Json& warning) {
+    return warning.get<std::string>().find(text) != std::string::npos;
+  });
+}
+
 class Renderer {
  public:
-  Renderer(const RenderOptions& options, RunDirectory directory, Log& log)
+  /// `ran`: the scene was run just now, and the run said what it saw.
+  Renderer(const RenderOptions& options, RunDirectory directory, Log& log, bool ran)
       : options_(options), directory_(std::move(directory)), log_(log), scene_(run_scene_of(directory_)) {
+    camera_said_ = ran && run_warned(directory_, eye_in_solid_text);
     const auto [cold, hot] = range_on_disk(directory_);
     wish_ = picture_wish(scene_, cold, hot);
     if (options.width) wish_.width = *options.width;
@@ -135,7 +146,7 @@ class Renderer {
           fmt::format("{} holds particles only: they are drawn as balls; --export surface writes surfaces",
                       directory_.path));
     }
-    if (eye_in_solid(shapes, camera_)) {
+    if (!camera_said_ && eye_in_solid(shapes, camera_)) {
       log_.warn("the camera stands inside a solid in some frames: move output.camera.eye");
     }
   }
@@ -226,6 +237,7 @@ class Renderer {
   PictureWish wish_;
   Camera camera_;
   std::string name_, povray_;
+  bool camera_said_ = false;
 };
 
 }  // namespace
@@ -233,7 +245,8 @@ class Renderer {
 int cmd_render(const RenderOptions& options) {
   std::error_code error;
   std::string directory = options.run.scene.scene;
-  if (!std::filesystem::is_directory(directory, error)) {
+  const bool is_scene = !std::filesystem::is_directory(directory, error);
+  if (is_scene) {
     // A scene: run it first, with the surfaces that pictures are made of.
     RunOptions run = options.run;
     run.formats = {"surface"};
@@ -244,7 +257,7 @@ int cmd_render(const RenderOptions& options) {
   }
   Log log(LogStyle::text, options.run.quiet);
   try {
-    return Renderer(options, {directory, {}}, log).execute();
+    return Renderer(options, {directory, {}}, log, is_scene).execute();
   } catch (const Failure& failure) {
     log.error(failure.what());
     return static_cast<int>(failure.code());

@@ -11,7 +11,6 @@
 #include <tuple>
 
 #include "commands.hpp"
-#include "csv.hpp"
 #include "failure.hpp"
 #include "meltsim/world.hpp"
 #include "option_values.hpp"
@@ -97,7 +96,8 @@ class CommandLine {
   void list_of(CLI::App* command, const std::string& option, const std::string& type,
                const std::string& help) {
     value(command, option, type, help);
-    command->get_option(option)->multi_option_policy(CLI::MultiOptionPolicy::Join)->delimiter(',');
+    // Given twice it has two lines; a delimiter would also drop empty names, which are mistakes.
+    command->get_option(option)->multi_option_policy(CLI::MultiOptionPolicy::Join);
   }
 
   void add_machine(CLI::App* command) {
@@ -360,7 +360,7 @@ class CommandLine {
     options.scene = scene_options();
     options.machine = machine_options();
     options.out = out_directory();
-    if (typed_.has("--observe")) options.observe = split_commas(typed_.get("--observe"));
+    if (typed_.has("--observe")) options.observe = option_list("--observe", typed_.get("--observe"));
     if (typed_.has("--error")) options.error = option_share("--error", typed_.get("--error"));
     if (typed_.has("--time")) options.time = option_positive("--time", typed_.get("--time"));
     if (typed_.has("--time-limit"))

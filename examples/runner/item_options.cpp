@@ -498,7 +498,17 @@ const Options<Json>& surface_options() {
           [](const Json& from) { return from.value("cell", Json()); }),
       word_of("kernel", keys::surface_kernel, "`isotropic`",
               "`isotropic`, or `anisotropic`, which is flatter, smoother and slower"),
-      pixels("smoothing", 0, 100, "passes", "4", "passes that take out bumps, 0 to 100")};
+      pixels("smoothing", 0, 100, "passes", "4", "passes that take out bumps, 0 to 100"),
+      custom<Json>(
+          "closed_at_solids", "", "false",
+          "the liquid's mesh also covers what touches solids, so that it is closed everywhere. Renderers "
+          "want that for light that is "
+          "absorbed on its way through the liquid. Both sheets then lie on each other at solids, which "
+          "renderers show as specks "
+          "where both are opaque or refract",
+          {{"type", "boolean"}},
+          [](const Node& value, Json& to) { to["closed_at_solids"] = value.boolean(); },
+          [](const Json& from) { return from.value("closed_at_solids", Json()); })};
   return options;
 }
 

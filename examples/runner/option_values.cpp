@@ -77,10 +77,25 @@ std::string option_choice(const std::string& option, const std::string& value,
   bad(option, either_of(names), value, near.empty() ? "" : fmt::format("; did you mean \"{}\"?", near));
 }
 
+std::vector<std::string> option_list(const std::string& option, const std::string& value) {
+  const char* const blanks = " \t";
+  std::string line = value;
+  std::replace(line.begin(), line.end(), '\n', ',');  // an option that is given twice has two lines
+  std::vector<std::string> names;
+  for (const std::string& given : split_commas(line)) {
+    const std::size_t first = given.find_first_not_of(blanks), last = given.find_last_not_of(blanks);
+    if (first == std::string::npos)
+      bad(option, "names with one comma between each", line, "; take the empty name out");
+    names.push_back(given.substr(first, last - first + 1));
+  }
+  return names;
+}
+
 std::vector<std::string> option_formats(const std::string& value) {
   std::vector<std::string> formats;
-  if (value == "none") return formats;
-  for (const std::string& format : split_commas(value)) {
+  const std::vector<std::string> names = option_list("--export", value);
+  if (names == std::vector<std::string>{"none"}) return formats;
+  for (const std::string& format : names) {
     option_choice("--export", format, keys::formats);
     if (std::count(formats.begin(), formats.end(), format) == 0) formats.push_back(format);
   }

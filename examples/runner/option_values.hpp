@@ -19,6 +19,8 @@ double option_milliseconds(const std::string& option,
 std::uint64_t option_count(const std::string& option, const std::string& value);
 std::string option_choice(const std::string& option, const std::string& value,
                           const std::vector<std::string>& names);
+/// Names with commas between them, without the blanks around them.
+std::vector<std::string> option_list(const std::string& option, const std::string& value);
 std::vector<std::string> option_formats(const std::string& value);
 
 /// `'a b'` where a shell would take it apart.

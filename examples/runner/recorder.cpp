@@ -141,8 +141,10 @@ void Recorder::write(Frame frame, meltsim::ParticleFrame particles, Samples samp
   writer_.push(std::move(job), bytes);
 }
 
-const std::string& Recorder::problem() const {
-  return pictures_.problem().empty() ? export_.problem() : pictures_.problem();
+std::set<std::string> Recorder::problems() const {
+  std::set<std::string> problems{pictures_.problem(), export_.problem(), export_.camera_problem()};
+  problems.erase("");
+  return problems;
 }
 
 void Recorder::flush() {

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -73,8 +74,8 @@ class Recorder {
   void finish();
   /// The pictures a run ends with. `ended`: it will not be resumed, so that a still of its end is of use.
   void pictures(meltsim::World& world, const RunState& state, bool ended);
-  /// What went wrong with surfaces, if anything did; after finish().
-  const std::string& problem() const;
+  /// What went wrong with surfaces and pictures, each once; after finish().
+  std::set<std::string> problems() const;
 
   const StatsRow& last() const { return last_; }
   bool anything_left_to_melt() const { return meltable_left_ > 0; }

@@ -42,6 +42,21 @@ std::string line_of(int file) {
   return all.substr(0, all.find('\n'));
 }
 
+/// Of output.export, which wrote a file of a frame; empty: none did.
+std::string format_of(const std::string& file) {
+  static const struct {
+    const char *what, *extension, *format;
+  } files[] = {{"particles", "ply", "ply"}, {"particles", "vtp", "vtp"}, {"liquid", "ply", "surface"},
+               {"solid", "ply", "surface"}, {"liquid", "obj", "obj"},    {"solid", "obj", "obj"},
+               {"surface", "glb", "glb"},   {"scene", "usda", "usd"},    {"scene", "pov", "pov"},
+               {"picture", "png", "png"}};
+  const std::string what = file.substr(0, file.find_first_of("_.")),
+                    extension = file.substr(file.rfind('.') + 1);
+  for (const auto& known : files)
+    if (what == known.what && extension == known.extension) return known.format;
+  return "";
+}
+
 }  // namespace
 
 DirectoryLock::DirectoryLock(const std::string& directory, const std::string& what) {
@@ -71,7 +86,7 @@ DirectoryLock::DirectoryLock(const std::string& directory, const std::string& wh
 DirectoryLock::~DirectoryLock() { ::close(file_); }
 
 std::optional<std::int64_t> frame_number(const std::string& file) {
-  const std::size_t dot = file.find('.'), line = file.rfind('_', dot);
+  const std::size_t dot = file.rfind('.'), line = dot > 0 ? file.find_last_of("_.", dot - 1) : dot;
   if (dot == std::string::npos || line == std::string::npos || dot - line < 6) return std::nullopt;
   return parse_integer(file.substr(line + 1, dot - line - 1));
 }
@@ -131,12 +146,17 @@ RunDirectory resumed_run_directory(const std::string& path) {
   return directory ? *directory : locked(path);
 }
 
-std::size_t stale_frames(const RunDirectory& directory, std::uint64_t last_frame) {
+std::size_t stale_frames(const RunDirectory& directory, std::uint64_t last_frame,
+                         const std::vector<std::string>& formats) {
   std::size_t count = 0;
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(directory.file("frames"), error)) {
-    const auto number = frame_number(entry.path().filename().string());
-    if (number && *number > static_cast<std::int64_t>(last_frame)) ++count;
+    const std::string name = entry.path().filename().string();
+    const auto number = frame_number(name);
+    const std::string format = format_of(name);
+    if (!number || format.empty()) continue;
+    const bool written = std::count(formats.begin(), formats.end(), format) > 0;
+    if (!written || *number > static_cast<std::int64_t>(last_frame)) ++count;
   }
   return count;
 }

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace runner {
 
@@ -36,7 +37,7 @@ inline constexpr const char* stdin_scene = "stdin.yaml";
 
 /// frames/particles_00012.ply, relative to the run directory.
 std::string frame_file(const std::string& what, std::uint64_t index, const std::string& extension);
-/// "particles_00012.ply" -> 12
+/// "particles_00012.ply" -> 12, "scene.00012.usda" -> 12
 std::optional<std::int64_t> frame_number(const std::string& file);
 
 /// out/<name>-001, -002, ... under the current directory.
@@ -51,7 +52,8 @@ void refuse_existing(const std::string& path, const std::string& cure =
 RunDirectory named_run_directory(const std::string& path);
 /// --out DIR --resume: refused when there is no checkpoint in it.
 RunDirectory resumed_run_directory(const std::string& path);
-/// Frame files of an earlier, longer run that this one did not replace.
-std::size_t stale_frames(const RunDirectory& directory, std::uint64_t last_frame);
+/// Files of frames of an earlier run that this one, of these formats (output.export), did not replace.
+std::size_t stale_frames(const RunDirectory& directory, std::uint64_t last_frame,
+                         const std::vector<std::string>& formats);
 
 }  // namespace runner

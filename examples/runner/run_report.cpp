@@ -187,10 +187,12 @@ int Run::report(Outcome outcome) {
     log_.end_progress(progress_);
   }
   if (options_.overwrite) {
-    const std::size_t stale = stale_frames(directory_, state_.next_frame - 1);
+    const std::size_t stale = stale_frames(directory_, state_.next_frame - 1, scene_.output.formats);
     if (stale > 0)
-      log_.warn(fmt::format("{} frame files of an earlier, longer run remain in {}/frames", stale,
-                            directory_.path));
+      log_.warn(fmt::format(
+          "{} frame files of an earlier run, longer or of other formats, remain in {}/frames; delete them "
+          "where they are not wanted",
+          stale, directory_.path));
   }
   if (outcome == Outcome::finished && time_.until_melted && !state_.melted_at) {
     log_.warn(fmt::format("the end was reached with {} of the solid {}; raise time.end or {}",
@@ -200,7 +202,7 @@ int Run::report(Outcome outcome) {
   const Json block = final_block(outcome);
   write_run_json(block);
   finish_pictures(outcome);
-  if (!recorder_->problem().empty()) log_.warn("pictures: " + recorder_->problem());
+  for (const std::string& problem : recorder_->problems()) log_.warn("pictures: " + problem);
   write_run_json(block);
   if (outcome == Outcome::diverged) {
     log_.error(divergence_message());

@@ -29,6 +29,10 @@ std::string nearest(const std::string& word, const std::vector<std::string>& nam
   std::size_t best = tolerated + 1;
   std::string found;
   if (word.size() > 64) return found;
+  const auto known = [&names](const char* name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  if (word == "gltf" && known("glb")) return "glb";  // two names of one thing
   for (const std::string& name : names) {
     const std::size_t distance = edit_distance(word, name);
     if (distance < best) {

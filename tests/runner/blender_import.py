@@ -210,7 +210,7 @@ def makes_animations(done, frames, span):
         assert seen == sorted(f"{name}_{shown - 1:05}" for name in frames[shown - 1]), seen
     for o in made:
         kinds = {a.name for a in o.data.attributes}
-        assert {"temperature", "material", "warmth"} <= kinds and ("velocity" in kinds) == (not o.name.endswith("00002")), kinds
+        assert {"temperature", "material", "liquid_fraction", "warmth"} <= kinds and ("velocity" in kinds) == (not o.name.endswith("00002")), kinds
         # Its colour is that of its temperature on the one scale of all frames; y of the scene is Blender's z.
         seen = values_of(o.data, "warmth", 4, "color")
         assert np.allclose(seen, reader.colors(values_of(o.data, "temperature", 1, "value"), *span), atol=1e-4)

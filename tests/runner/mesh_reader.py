@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Reads the surfaces that runs write, with nothing but the standard library."""
 import json
+import re
 import struct
 from pathlib import Path
 
@@ -9,7 +10,7 @@ WIDTH = {"SCALAR": 1, "VEC3": 3}
 
 
 class Mesh:
-    """vertices: (x, y, z, nx, ny, nz, temperature, body, material, mass fraction of each species); faces: (a, b, c)"""
+    """vertices: (x, y, z, nx, ny, nz, temperature, body, material, liquid fraction, mass fraction of each species); faces: (a, b, c)"""
 
     def __init__(self, vertices, faces, placeholder):
         self.vertices, self.faces, self.placeholder = vertices, faces, placeholder
@@ -22,8 +23,8 @@ def read_mesh(path):
     assert header[:2] == ["ply", "format binary_little_endian 1.0"]
     count = {words[1]: int(words[2]) for line in header if (words := line.split())[0] == "element"}
     fields = [line.split()[2] for line in header if line.startswith("property") and "list" not in line]
-    assert fields[:9] == ["x", "y", "z", "nx", "ny", "nz", "temperature", "body", "material"], fields
-    assert all(field.startswith("w_") for field in fields[9:]), fields
+    assert fields[:10] == ["x", "y", "z", "nx", "ny", "nz", "temperature", "body", "material", "liquid_fraction"], fields
+    assert all(field.startswith("w_") for field in fields[10:]), fields
     middle = end + 4 * len(fields) * count["vertex"]
     vertices = list(struct.iter_unpack(f"<7f2i{len(fields) - 9}f", data[end:middle]))
     faces = list(struct.iter_unpack("<B3I", data[middle:]))
@@ -47,7 +48,7 @@ def read_obj(path):
 
 
 def read_glb(path):
-    """{name of node: {attribute: values}}; checks what a validator would: lengths, alignment, bounds."""
+    """{name of node: {attribute: values}}; checks what a validator would: lengths, alignment, bounds, names, and that all is used."""
     data = Path(path).read_bytes()
     magic, version, length, head, kind = struct.unpack_from("<4sIII4s", data)
     assert (magic, version, length, kind) == (b"glTF", 2, len(data), b"JSON") and head % 4 == 0
@@ -57,7 +58,10 @@ def read_glb(path):
     block = data[28 + head:]
     assert 0 <= size - tree["buffers"][0]["byteLength"] < 4
 
+    used = set()
+
     def values(index):
+        used.add(index)
         accessor = tree["accessors"][index]
         view = tree["bufferViews"][accessor["bufferView"]]
         width, letter = WIDTH[accessor["type"]], ARRAYS[accessor["componentType"]]
@@ -78,13 +82,22 @@ def read_glb(path):
         left += [(child, node["rotation"]) for child in node.get("children", [])]
         if "mesh" not in node:
             continue
-        found = nodes[node["name"]] = {"translation": node["translation"], "rotation": rotation, "indices": [], "parts": []}
+        found = nodes[node["name"]] = {"translation": node["translation"], "rotation": rotation, "indices": [], "parts": [], "materials": {}}
         for primitive in tree["meshes"][node["mesh"]]["primitives"]:
             found.update({name: values(at) for name, at in primitive["attributes"].items()})
+            for name, at in primitive["attributes"].items():
+                own = re.fullmatch("_[A-Z][A-Z0-9_]*", name)
+                assert name in ("POSITION", "NORMAL", "COLOR_0") or own, name
+                assert tree["accessors"][at]["componentType"] == 5126 and len(found[name]) == len(found["POSITION"]), name
             indices = [row[0] for row in values(primitive["indices"])]
             assert len(indices) % 3 == 0 and max(indices) < len(found["POSITION"])
             found["indices"] += indices
             material = tree["materials"][primitive["material"]]
+            found["materials"][material["name"]] = material
             found["parts"].append((material["name"], material["pbrMetallicRoughness"]["baseColorFactor"],
                                    "COLOR_0" in primitive["attributes"], indices))
+    assert used == set(range(len(tree["accessors"]))) and len(tree["bufferViews"]) == len(tree["accessors"])
+    assert {m["name"] for m in tree["materials"]} == {name for found in nodes.values() for name in found["materials"]}
+    extensions = {name for m in tree["materials"] for name in m.get("extensions", {})}
+    assert extensions == set(tree.get("extensionsUsed", [])) and "extensionsRequired" not in tree
     return nodes

@@ -75,12 +75,13 @@ class Own(Pictures):
                 self.assertFalse(mesh.placeholder)
                 self.assertGreater(len(mesh.faces), 100)
                 self.assert_closed(mesh, name == "liquid")
-                for x, y, z, nx, ny, nz, temperature, owner, material in mesh.vertices:
+                for x, y, z, nx, ny, nz, temperature, owner, material, fraction in mesh.vertices:
                     self.assertTrue(-0.2 < x < 1.8 and -0.2 < y < 2.2 and -0.2 < z < 1.8)
                     self.assertAlmostEqual(math.hypot(nx, ny, nz), 1, places=4)
                     self.assertTrue(-10.1 < temperature < 90.1)
                     self.assertEqual(owner, body)
                     self.assertEqual(material, body + 1)  # water, then ice
+                    self.assertTrue(0 <= fraction <= 1)
                 # Outward, and counter-clockwise from there: the volume they enclose is positive.
                 volume = 0
                 for a, b, c in mesh.faces:
@@ -101,7 +102,9 @@ class Own(Pictures):
                                                places=5)
                     self.assertAlmostEqual(temperatures[i], vertex[6], delta=1e-4 * (1 + abs(vertex[6])))
                     self.assertEqual(glb["_TEMPERATURE"][i][0], vertex[6])
+                    self.assertEqual(glb["_BODY"][i][0], vertex[7])
                     self.assertEqual(glb["_MATERIAL"][i][0], vertex[8])
+                    self.assertEqual(glb["_LIQUID_FRACTION"][i][0], vertex[9])
 
     def test_materials_show_their_colours(self):
         """Water of a colour is opaque: red all over, whatever the renderer; a part of its own in glTF."""
@@ -110,12 +113,18 @@ class Own(Pictures):
         for options in ([], red):
             self.run_scene("--frames", "1", "--export", "surface,obj,glb,png,ply", "--overwrite", *options)
             glb = read_glb(self.frame("surface_00001.glb"))
-            name, factor, by_temperature, _ = glb["liquid"]["parts"][0]
-            self.assertEqual((name, by_temperature), ("water", False) if options else ("liquid", True))
+            name, factor, by_vertex, _ = glb["liquid"]["parts"][0]
+            self.assertEqual((name, by_vertex), ("water" if options else "liquid", False))
+            extensions = glb["liquid"]["materials"][name].get("extensions")
             if options:
                 for c, wanted in zip(factor, (0.8 ** 2.2, 0.1 ** 2.2, 0.1 ** 2.2, 1)):
                     self.assertAlmostEqual(c, wanted, places=6)
-            self.assertEqual(glb["solid"]["parts"][0][0], "solid")
+                self.assertIsNone(extensions)
+            else:
+                self.assertEqual(extensions, {"KHR_materials_transmission": {"transmissionFactor": 1},
+                                              "KHR_materials_ior": {"ior": 1.333}})
+                self.assertEqual(factor[3], 1)
+            self.assertEqual([part[:3] for part in glb["solid"]["parts"]], [("ice", [0.66, 0.8, 0.9, 1], False)])
             self.assertIn("\nusemtl water\n", Path(self.frame("liquid_00001.obj")).read_text())
             counts = []
 
@@ -138,6 +147,34 @@ class Own(Pictures):
             self.assertLess(clear, 10)
             self.assertGreater(opaque, 200)
 
+    def test_gltf_shows_temperatures_where_pictures_do(self):
+        self.run_scene("--frames", "0", "--export", "glb,surface", "--set", "output.picture.look=temperature")
+        nodes = read_glb(self.frame("surface_00000.glb"))
+        for name, temperature, blue in (("liquid", 40, None), ("solid", -10, 0.14 ** 2.2)):
+            self.assertEqual([(part[0], part[2]) for part in nodes[name]["parts"]], [(name, True)])
+            self.assertTrue(all(abs(row[0] - temperature) < 1e-3 for row in nodes[name]["_TEMPERATURE"]))
+            red = nodes[name]["COLOR_0"][0][0]
+            self.assertTrue(red > 0.5 if name == "liquid" else abs(red - blue) < 1e-4, red)
+        self.assertNotIn("extensions", nodes["liquid"]["materials"]["liquid"])
+
+    def test_bodies_of_one_material_have_colours_of_their_own(self):
+        self.run_scene("--frames", "0", *DRY, "--export", "glb", "--set",
+                       "bodies=[{material: ice, shape: {box: [[0.2, 0.2, 0.2], [0.6, 0.6, 0.6]]}},"
+                       " {material: ice, shape: {box: [[1, 1, 1], [1.4, 1.4, 1.4]]}}]")
+        solid = read_glb(self.frame("surface_00000.glb"))["solid"]
+        self.assertEqual([part[:2] for part in solid["parts"]], [("ice", [0.66, 0.8, 0.9, 1]), ("ice_2", [0.8, 0.42, 0.09, 1])])
+        for body, (_, _, _, indices) in enumerate(solid["parts"]):
+            self.assertEqual({solid["_BODY"][v][0] for v in indices}, {body})
+
+    def test_a_liquid_is_closed_at_solids_where_the_scene_says_so(self):
+        for closed in (False, True):
+            self.run_scene("--frames", "0", "--export", "surface", "--overwrite", "--set", "bodies[0].shape.box=[[0.4, 0.4, 0.4], [1.2, 0.8, 1.2]]",
+                           "--set", f"output.surface.closed_at_solids={str(closed).lower()}")
+            mesh = read_mesh(self.frame("liquid_00000.ply"))
+            self.assert_closed(mesh, not closed)
+            edges = {(f[k], f[(k + 1) % 3]) for f in mesh.faces for k in range(3)}
+            self.assertEqual(all((b, a) in edges for a, b in edges), closed)
+
     def test_beside_bodies_left_out_every_vertex_has_a_triangle(self):
         self.run_scene("--frames", "4", "--export", "surface", "--set",
                        "bodies=[{name: pot, visible: false, fixed: true, material: ice, shape: {box: [[0, 0, 0], [1.6, 0.4, 1.6]]}},"
@@ -158,8 +195,8 @@ class Own(Pictures):
                 self.assertEqual(node["rotation"] is None, wanted is None)
                 for a, b in zip(node["rotation"] or [], wanted or []):
                     self.assertAlmostEqual(a, b)
-            text = Path(self.frame("scene_00000.usda")).read_text()
-            self.assertEqual(text.count("primvars:liquid_fraction"), 3)  # of particles, liquid and solids
+            text = Path(self.frame("scene.00000.usda")).read_text()
+            self.assertEqual(text.count("primvars:liquid_fraction ("), 3)  # of particles, liquid and solids
             self.assertEqual(("upAxis = \"Z\"" in text, "xformOp" in text), (gravity[2] != 0, gravity[2] == 0 and wanted is not None))
 
     def test_a_frame_without_solids_or_without_liquid_is_whole_too(self):
@@ -296,13 +333,24 @@ class Own(Pictures):
         # The mixture stands in the files of the surface, and nothing of it where a scene has no species.
         self.assertIn(b"property float w_milk\n", Path(self.frame("liquid_00001.ply")).read_bytes())
         self.assertNotIn(b"w_milk", Path(self.frame("solid_00001.ply")).read_bytes())
-        self.assertTrue(all(abs(row[9] - 0.9) < 1e-5 for row in read_mesh(self.frame("liquid_00001.ply")).vertices))
+        self.assertTrue(all(abs(row[10] - 0.9) < 1e-5 for row in read_mesh(self.frame("liquid_00001.ply")).vertices))
+        self.assertTrue(all(abs(row[0] - 0.9) < 1e-5 for row in liquid["_W_MILK"]))
 
-    def test_a_camera_inside_a_solid_is_said(self):
-        said = self.run_scene("--frames", "0", "--set", "output.camera.eye=[0.8, 1, 0.8]",
-                              "--set", "output.camera.look_at=[0.8, 0, 0.8]")
-        self.assertIn("the camera stands inside a solid", said.stderr)
-        self.assertIn("camera", json.loads(Path(self.path("run", "run.json")).read_text())["warnings"][0])
+    def test_a_camera_inside_a_solid_is_said_once(self):
+        inside = ["--set", "output.camera.eye=[0.8, 1, 0.8]", "--set", "output.camera.look_at=[0.8, 0, 0.8]"]
+        text = "the camera stands inside a solid"
+        for options in ([], ["--no-still", "--export", "png"], ["--no-still", "--export", "pov"], ["--export", "png"]):
+            said = self.run_scene("--frames", "1", *inside, *options, "--overwrite")
+            self.assertEqual(said.stderr.count(text), 1, options)
+            warnings = json.loads(Path(self.path("run", "run.json")).read_text())["warnings"]
+            self.assertEqual(sum(text in warning for warning in warnings), 1)
+        self.assertNotIn(text, self.run_scene("--frames", "0", *inside, "--no-still", "--overwrite").stderr)
+        # Neither a run that is drawn nor a scene that is run for it says it twice.
+        size = ["--renderer", "builtin", "--size", "16x16", "--samples", "1"]
+        self.run_scene("--frames", "2", *inside, "--export", "surface", "--overwrite")
+        for what in (["run"], [SCENE, "--backend", "cpu", "--time", "0.04", *inside]):
+            said = self.meltsim("render", *what, *size)
+            self.assertEqual(said.stderr.count(text), 1, said.stderr)
 
     def test_a_full_disk_leaves_no_half_frames(self):
         def small_files():  # as a full disk does, a limit makes writing fail in the middle of a file

@@ -19,6 +19,7 @@
 #include "show/ply_reader.hpp"
 #include "show/replay.hpp"
 #include "show/run_frames.hpp"
+#include "show/surfaces.hpp"
 #include "show/tracer.hpp"
 
 namespace runner {
@@ -138,15 +139,23 @@ TEST(Ply, ContentsOfASurfaceComeBack) {
   const std::string directory = mkdtemp(name.data()), path = directory + "/a.ply";
   Mesh mesh = one_triangle();
   mesh.contents = {{0.25f, 0.5f, 0.75f}, {1, 0, 0.125f}};
-  const std::string text = mesh_ply_text(mesh, {}, 0.5, {"w_milk", "w_sugar"});
-  EXPECT_NE(text.find("property int material\nproperty float w_milk\nproperty float w_sugar\nelement face"),
-            std::string::npos);
-  write_file(path, text);
+  std::string text;
+  for (const bool has_fraction : {false, true}) {  // surfaces of earlier versions have none
+    if (has_fraction) mesh.liquid_fraction = {0, 0.5f, 1};
+    const std::string fraction = has_fraction ? "property float liquid_fraction\n" : "";
+    text = mesh_ply_text(mesh, {}, 0.5, {"w_milk", "w_sugar"});
+    EXPECT_NE(text.find("property int material\n" + fraction +
+                        "property float w_milk\nproperty float w_sugar\nelement face"),
+              std::string::npos);
+    write_file(path, text);
+    double time = 0;
+    const Mesh back = read_mesh_ply(path, {}, time);
+    EXPECT_EQ(back.contents, mesh.contents);
+    EXPECT_EQ(back.liquid_fraction, mesh.liquid_fraction);
+    EXPECT_EQ(back.material, mesh.material);
+    EXPECT_EQ(back.triangles, mesh.triangles);
+  }
   double time = 0;
-  const Mesh back = read_mesh_ply(path, {}, time);
-  EXPECT_EQ(back.contents, mesh.contents);
-  EXPECT_EQ(back.material, mesh.material);
-  EXPECT_EQ(back.triangles, mesh.triangles);
   write_file(path, text.substr(0, text.size() - 1));
   EXPECT_THROW(read_mesh_ply(path, {}, time), Failure);
   std::filesystem::remove_all(directory);
@@ -190,6 +199,8 @@ TEST(Shapes, ColoursOfAMixtureFollowItsContents) {
   const FrameShapes water = split_liquid(shapes, {{"water", std::nullopt}, {"ink", white}});
   ASSERT_FALSE(water.paint.empty());
   ASSERT_FALSE(water.liquid.empty());
+  EXPECT_GT(water.paint.position.size(), shapes.liquid.position.size());  // of the cut
+  EXPECT_EQ(water.paint.contents[0].size(), water.paint.position.size());
   for (const std::uint32_t v : water.paint.triangles) {
     EXPECT_LT(water.paint.position[v].x, 7);
     EXPECT_NEAR(water.paint.color[v].x, 1, 1e-5);
@@ -327,6 +338,20 @@ TEST(Shapes, BodiesThatAreNotVisibleAreLeftOut) {
   EXPECT_EQ(first.solid.triangles.size(), whole);
   ASSERT_EQ(first.balls.size(), 3u);
   EXPECT_EQ(first.balls[0].body, 2u);
+}
+
+TEST(Shapes, PicturesShowOneSheetWhereTwoLieOnEachOther) {
+  FrameShapes shapes;
+  shapes.liquid = cube();
+  shapes.solid = cube();
+  for (Vec3f& x : shapes.liquid.position)
+    if (x.y > 0) x.y = 2;  // all but the floor of it lies elsewhere
+  Scene scene;
+  scene.world.spacing = 0.1;
+  EXPECT_EQ(picture_shapes(shapes, scene).liquid.triangles.size(), 36u);
+  scene.output.surface = {{"closed_at_solids", true}};
+  EXPECT_EQ(picture_shapes(shapes, scene).liquid.triangles.size(), 30u);
+  EXPECT_EQ(picture_shapes(shapes, scene).solid.triangles.size(), 36u);
 }
 
 TEST(Rays, MeetTheNearestOfManyBallsAsAllPairsDo) {

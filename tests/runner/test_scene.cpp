@@ -407,7 +407,7 @@ probes: [{name: p, at: [1,1,1], fields: [pressure], every: 0.1}, {kind: level, a
          {kind: flux, at: [1,1,1], normal: [0,1,0], radius: 0.1, fields: [volume_flux]},
          {kind: flux, at: [1,1,1], normal: [0,1,0], size: [0.1,0.2], along: [1,0,0], every: step}]
 trade: {observe: [melted], max_error: 3%, exact: {melted: [[0,0],[1,1]], height: 2}}
-output: {export: [vtp], surface: {cell: 0.1, kernel: anisotropic, smoothing: 3},
+output: {export: [vtp], surface: {cell: 0.1, kernel: anisotropic, smoothing: 3, closed_at_solids: true},
          camera: {eye: [0,0,0], look_at: [1,1,1], up: [0,1,0], fov: 30},
          picture: {width: 320, height: 240, samples: 1, look: temperature}}
 )";
@@ -437,7 +437,7 @@ TEST(Scene, WhatIsEchoedIsTheSameSceneWithEveryKeyGiven) {
   holds(json["probes"][2], {"name", "kind", "body", "about", "fields", "every"});
   holds(json["probes"][5], {"name", "kind", "at", "normal", "size", "along", "fields", "every"});
   for (const char* part : {"surface", "camera", "picture"})
-    EXPECT_EQ(json["output"][part].size(), part == std::string("surface") ? 3u : 4u) << json["output"];
+    EXPECT_EQ(json["output"][part].size(), 4u) << json["output"];
   holds(json["trade"], keys_of(trade_options()));
 }
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // USD text: what stands in it, number by number, and that brackets close. What USD itself makes of it, tests/runner/usd_reader.py
 // says where usd-core is installed.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <cmath>
-#include <sstream>
+#include <algorithm>
 
 #include "meltsim/particle_tag.hpp"
 #include "show/usd_file.hpp"
@@ -36,21 +36,47 @@ runner::FrameShapes shapes() {
   return s;
 }
 
-/// What stands between "= [" and "]" behind a declaration that follows `within`.
+/// Clear water and a body of ice, of 50 frames a second.
+runner::UsdRun run_of(const meltsim::Vec3d& up = {0, 1, 0}) {
+  runner::Scene scene;
+  scene.materials.resize(2);
+  scene.materials[1].becomes = "water";
+  scene.output.looks = {{"water", std::nullopt}, {"ice", std::nullopt}};
+  scene.bodies.resize(1);
+  scene.bodies[0].material = "ice";
+  runner::UsdRun run;
+  run.looks = runner::part_looks(scene, {});
+  run.spacing = 0.04;
+  run.fps = 50;
+  run.up = up;
+  return run;
+}
+
+std::string text_of(const runner::UsdRun& run) {
+  return runner::usd_text(run, 7, 1.25, particles(), shapes());
+}
+
+/// The values of a declaration that follows `within`: those of frame 7, or what is the same in all frames.
 std::string array(const std::string& text, const std::string& within, const std::string& declaration) {
-  const std::size_t at = text.find(declaration + " = [", text.find(within));
-  if (at == std::string::npos) return "missing";
-  const std::size_t from = at + declaration.size() + 4;
+  const std::size_t prim = text.find(within), sampled = text.find(declaration + ".timeSamples = {\n", prim),
+                    fixed = text.find(declaration + " = [", prim);
+  if (prim == std::string::npos || (sampled == std::string::npos && fixed == std::string::npos))
+    return "missing";
+  const std::string begin = sampled == std::string::npos ? " = [" : " 7: [";
+  const std::size_t from = text.find(begin, std::min(sampled, fixed)) + begin.size();
   return text.substr(from, text.find(']', from) - from);
 }
 
+bool holds(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
 TEST(Usd, HasEveryValueAtItsPlace) {
-  const std::string text = runner::usd_text(particles(), shapes(), 0.04, 1.25, {0, 1, 0});
+  const std::string text = text_of(run_of());
   EXPECT_EQ(text.rfind("#usda 1.0\n", 0), 0u);
-  EXPECT_NE(text.find("double time_s = 1.25\n"), std::string::npos);
-  EXPECT_NE(text.find("metersPerUnit = 1\n"), std::string::npos);
-  EXPECT_NE(text.find("upAxis = \"Y\"\n"), std::string::npos);
-  EXPECT_NE(runner::usd_text({}, {}, 1, 0, {0, 0, 1}).find("upAxis = \"Z\"\n"), std::string::npos);
+  for (const char* said :
+       {"double time_s = 1.25\n", "metersPerUnit = 1\n", "upAxis = \"Y\"\n", "timeCodesPerSecond = 50\n",
+        "framesPerSecond = 50\n", "startTimeCode = 7\n", "endTimeCode = 7\n"})
+    EXPECT_TRUE(holds(text, said)) << said;
+  EXPECT_TRUE(holds(text_of(run_of({0, 0, 1})), "upAxis = \"Z\"\n"));
   const char* const points = "def Points \"particles\"";
   EXPECT_EQ(array(text, points, "point3f[] points"), "(1, 2, 3), (1.1, 2.25, 2.5)");
   EXPECT_EQ(array(text, points, "vector3f[] velocities"), "(0, 0, 0), (0, -1.5, 0)");
@@ -71,21 +97,128 @@ TEST(Usd, HasEveryValueAtItsPlace) {
   EXPECT_EQ(array(text, "def Mesh \"solid\"", "point3f[] points"), "");
 }
 
-// USD knows y and z as up; for others the stage is turned.
+// Value clips read time samples alone; what is the same in all frames stands in the file that joins them.
+TEST(Usd, FramesAreJoinedByValueClips) {
+  const runner::UsdRun run = run_of();
+  const std::string clips = runner::usd_clips(run, 3, 120), manifest = runner::usd_manifest(run);
+  for (const char* said :
+       {"string templateAssetPath = \"./frames/scene.#####.usda\"\n", "double templateStartTime = 3\n",
+        "double templateEndTime = 120\n", "asset manifestAssetPath = @./frames/manifest.usda@\n",
+        "startTimeCode = 3\n", "endTimeCode = 120\n", "timeCodesPerSecond = 50\n", "float[] widths = [0.04]",
+        "rel material:binding = </meltsim/materials/ice>\n"})
+    EXPECT_TRUE(holds(clips, said)) << said;
+  EXPECT_EQ(runner::usd_frame_file(12), "frames/scene.00012.usda");
+  EXPECT_FALSE(holds(clips, "timeSamples"));
+  EXPECT_FALSE(holds(manifest, "timeSamples"));
+  EXPECT_FALSE(holds(manifest, "widths"));
+  EXPECT_FALSE(holds(manifest, "material:binding"));
+  for (const char* declared :
+       {"point3f[] points\n", "int[] faceVertexIndices\n", "float[] primvars:temperature (\n"})
+    for (const std::string& text : {clips, manifest}) EXPECT_TRUE(holds(text, declared)) << declared;
+}
+
+TEST(Usd, MaterialsAreThoseOfPictures) {
+  runner::UsdRun run = run_of();
+  std::string text = text_of(run);
+  EXPECT_EQ(array(text, "def Mesh \"liquid\"", "color3f[] primvars:displayColor"), "(0.86, 0.94, 0.97)");
+  EXPECT_EQ(array(text, "def Mesh \"liquid\"", "float[] primvars:displayOpacity"), "0.2");
+  EXPECT_EQ(array(text, "def Mesh \"solid\"", "color3f[] primvars:displayColor"), "(0.66, 0.8, 0.9)");
+  EXPECT_EQ(array(text, "def Mesh \"solid\"", "float[] primvars:displayOpacity"), "missing");
+  EXPECT_TRUE(holds(text, "float inputs:ior = 1.333\n"));
+  EXPECT_TRUE(holds(text, "float inputs:opacity = 0.2\n"));
+  // Two materials on one surface: a part of the faces for each, and colours by vertex.
+  run.looks.liquid.push_back(run.looks.all.size());
+  run.looks.all.push_back({"ink (1 kg/m^3)", {0, 0, 1}});
+  run.looks.materials.push_back({"ink", std::nullopt});
+  run.looks.of_material[2] = run.looks.liquid.back();
+  runner::FrameShapes two = shapes();
+  two.liquid.material = {2, 2, 2};
+  text = runner::usd_text(run, 7, 1.25, particles(), two);
+  EXPECT_EQ(array(text, "def GeomSubset \"ink__1_kg_m_3_\"", "int[] indices"), "0");
+  EXPECT_EQ(array(text, "def GeomSubset \"liquid\"", "int[] indices"), "");
+  EXPECT_EQ(array(text, "def Mesh \"liquid\"", "color3f[] primvars:displayColor"),
+            "(0, 0, 1), (0, 0, 1), (0, 0, 1)");
+  EXPECT_EQ(array(text, "def Mesh \"liquid\"", "float[] primvars:displayOpacity"), "1, 1, 1");
+  for (const char* name :
+       {"liquid", "ink__1_kg_m_3_"})  // Blender does not follow the parts from frame to frame
+    for (const char* reader :
+         {"color3f inputs:diffuseColor.connect = </meltsim/materials/%/displayColor.outputs:result>\n",
+          "float inputs:opacity.connect = </meltsim/materials/%/displayOpacity.outputs:result>\n"})
+      EXPECT_TRUE(holds(text, std::string(reader).replace(std::string(reader).find('%'), 1, name))) << name;
+  EXPECT_FALSE(holds(text, "materials/ice/displayColor"));
+  EXPECT_TRUE(holds(runner::usd_clips(run, 0, 1), "def GeomSubset \"ink__1_kg_m_3_\""));
+}
+
+// USD would mix surfaces of equally many vertices between two frames, whose triangles differ.
+TEST(Usd, SurfacesOfNeighbouringFramesHaveDifferentNumbersOfVertices) {
+  const char* const liquid = "def Mesh \"liquid\"";
+  for (const bool even : {false, true}) {
+    const std::string text = runner::usd_text(run_of(), even ? 8 : 7, 1.25, particles(), shapes());
+    const auto count = [&](const char* declaration, const char* item) {
+      const std::size_t from = text.find(std::string(declaration) + ".timeSamples", text.find(liquid));
+      const std::string values = text.substr(from, text.find(']', text.find(": [", from)) - from);
+      std::size_t found = 0;
+      for (std::size_t at = values.find(item); at != std::string::npos; at = values.find(item, at + 1))
+        ++found;
+      return found;
+    };
+    const std::size_t vertices = even ? 4 : 3;
+    EXPECT_EQ(count("point3f[] points", "("), vertices);
+    EXPECT_EQ(count("normal3f[] normals", "("), vertices);
+    EXPECT_EQ(count("float[] primvars:temperature", ","), vertices - 1);
+    EXPECT_EQ(count("int[] faceVertexIndices", ","), 2u);
+  }
+}
+
+TEST(Usd, TemperaturesAreColoursWherePicturesHaveThem) {
+  runner::UsdRun run = run_of();
+  runner::PictureWish wish;
+  wish.look = runner::Look::temperature;
+  wish.cold = 1;
+  wish.hot = 3;
+  run.looks = runner::part_looks({}, wish);
+  const std::string text = text_of(run);
+  const auto ramped = [](double x) {
+    const runner::Rgb c = runner::linear(runner::ramp(x));
+    return fmt::format("({:.4g}, {:.4g}, {:.4g})", c[0], c[1], c[2]);
+  };
+  EXPECT_EQ(array(text, "def Mesh \"liquid\"", "color3f[] primvars:displayColor"),
+            ramped(0) + ", " + ramped(0.5) + ", " + ramped(1));
+  EXPECT_TRUE(holds(text, "</meltsim/materials/solid/displayColor.outputs:result>"));
+  EXPECT_FALSE(holds(text, "inputs:ior"));
+}
+
+TEST(Usd, ContentsAreOfParticlesAndLiquid) {
+  runner::UsdRun run = run_of();
+  run.contents = {"w_sugar"};
+  meltsim::ParticleFrame sweet = particles();
+  sweet.fractions = {{0, 0.5F}};
+  runner::FrameShapes surface = shapes();
+  surface.liquid.contents = {{0.25F, 0.5F, 0.75F}};
+  const std::string text = runner::usd_text(run, 7, 1.25, sweet, surface);
+  EXPECT_EQ(array(text, "def Points \"particles\"", "float[] primvars:w_sugar"), "0, 0.5");
+  EXPECT_EQ(array(text, "def Mesh \"liquid\"", "float[] primvars:w_sugar"), "0.25, 0.5, 0.75");
+  EXPECT_EQ(array(text, "def Mesh \"solid\"", "float[] primvars:w_sugar"), "missing");
+}
+
+// USD knows y and z as up; for others the stage is turned, in each of the files that show something.
 TEST(Usd, WhatIsUpIsUpForReaders) {
-  const auto of = [](const meltsim::Vec3d& up) { return runner::usd_text({}, {}, 1, 0, up); };
   for (const meltsim::Vec3d& up : {meltsim::Vec3d{0, 1, 0}, {0, 0, 1}})
-    EXPECT_EQ(of(up).find("xformOp"), std::string::npos);
-  EXPECT_NE(of({1, 0, 0}).find("quatf xformOp:orient = (0.707106781, 0, 0, 0.707106781)\n"),
-            std::string::npos);
-  EXPECT_NE(of({0, -1, 0}).find("quatf xformOp:orient = (0, 1, 0, 0)\n"), std::string::npos);
-  EXPECT_NE(of({0, 0, -1}).find("uniform token[] xformOpOrder = [\"xformOp:orient\"]\n"), std::string::npos);
-  EXPECT_NE(of({0, 0, -1}).find("upAxis = \"Y\"\n"), std::string::npos);
+    EXPECT_FALSE(holds(text_of(run_of(up)), "xformOp"));
+  for (const bool joined : {false, true}) {
+    const auto of = [joined](const meltsim::Vec3d& up) {
+      return joined ? runner::usd_clips(run_of(up), 0, 1) : text_of(run_of(up));
+    };
+    EXPECT_TRUE(holds(of({1, 0, 0}), "quatf xformOp:orient = (0.707106781, 0, 0, 0.707106781)\n"));
+    EXPECT_TRUE(holds(of({0, -1, 0}), "quatf xformOp:orient = (0, 1, 0, 0)\n"));
+    EXPECT_TRUE(holds(of({0, 0, -1}), "uniform token[] xformOpOrder = [\"xformOp:orient\"]\n"));
+    EXPECT_TRUE(holds(of({0, 0, -1}), "upAxis = \"Y\"\n"));
+  }
 }
 
 TEST(Usd, BracketsClose) {
-  for (const std::string& text : {runner::usd_text(particles(), shapes(), 0.04, 1.25, {0, 1, 0}),
-                                  runner::usd_text({}, {}, 0.04, 0, {-1, 0, 0})}) {
+  for (const std::string& text : {text_of(run_of()), runner::usd_text(run_of({-1, 0, 0}), 0, 0, {}, {}),
+                                  runner::usd_clips(run_of(), 0, 9), runner::usd_manifest(run_of())}) {
     std::string open;
     for (const char c : text) {
       if (c == '(' || c == '[' || c == '{') open += c;

@@ -268,6 +268,19 @@ emitters:
         self.meltsim("run", SCENE, "--out", "mine", "--overwrite", "--steps", "1", "--backend", "cpu")
         self.assertEqual(len(table(self.path("mine", "stats.csv"))), 2)
 
+    def test_frames_left_over_from_an_earlier_run_are_counted(self):
+        def stale(*options):
+            said = self.meltsim("run", SCENE, "--backend", "cpu", "--out", "run", "--no-page", "--no-still", *options).stderr
+            found = re.search(r"warning: (\d+) frame files of an earlier run", said)
+            return int(found[1]) if found else 0
+        self.assertEqual(stale("--frames", "3", "--export", "ply, usd"), 0)  # a blank is no part of a name
+        self.assertEqual(sorted(os.listdir(self.path("run", "frames"))),
+                         ["manifest.usda"] + [f"particles_0000{k}.ply" for k in range(4)] + [f"scene.0000{k}.usda" for k in range(4)])
+        Path(self.path("run", "frames", "notes_00001.txt")).write_text("mine")
+        self.assertEqual(stale("--frames", "1", "--export", "ply,usd", "--overwrite"), 4)
+        self.assertEqual(stale("--frames", "3", "--export", "surface", "--overwrite"), 8)
+        self.assertEqual(stale("--frames", "3", "--export", "surface,ply,usd", "--overwrite"), 0)
+
     def test_links_are_replaced_and_not_written_through(self):
         """In a directory that others can write to, a link planted under a name that a run writes."""
         precious = Path(self.path("precious"))

@@ -16,6 +16,11 @@ FrameExport::FrameExport(const Scene& scene, RunDirectory directory, const std::
     : scene_(scene),
       directory_(std::move(directory)),
       formats_(scene.output.formats.begin(), scene.output.formats.end()) {
+  const auto [cold, hot] = temperature_range(scene_);
+  usd_.looks = part_looks(scene_, picture_wish(scene_, cold, hot));
+  usd_.spacing = scene_.world.spacing;
+  usd_.fps = scene_.time.fps;
+  usd_.up = upward(scene_);
   for (const double time : times)
     vtp_frames_.emplace_back(time, frame_file("particles", vtp_frames_.size(), "vtp"));
 }
@@ -41,10 +46,20 @@ void FrameExport::write(std::uint64_t index, double time, const meltsim::Particl
   const std::vector<std::string> contents = content_columns(particles, names);
   write_particles(index, time, particles, contents);
   if (shapes != nullptr) write_shapes(*shapes, index, contents);
-  if (shapes != nullptr && wants("usd")) {
-    write_file(directory_.frame("scene", index, "usda"),
-               usd_text(particles, *shapes, scene_.world.spacing, time, upward(scene_)));
+  if (shapes != nullptr && wants("usd")) write_usd(index, time, particles, *shapes, contents);
+}
+
+/// The frame, then what joins it to those before it: of a run that is killed all frames play, too.
+void FrameExport::write_usd(std::uint64_t index, double time, const meltsim::ParticleFrame& particles,
+                            const FrameShapes& shapes, const std::vector<std::string>& contents) {
+  usd_.contents = contents;
+  write_file(directory_.file(usd_frame_file(index)), usd_text(usd_, index, time, particles, shapes));
+  if (!usd_first_) {
+    usd_first_ = index;
+    while (*usd_first_ > 0 && exists(directory_.file(usd_frame_file(*usd_first_ - 1)))) --*usd_first_;
+    write_file(directory_.file(usd_manifest_file), usd_manifest(usd_));
   }
+  write_file(directory_.file("scene.usda"), usd_clips(usd_, *usd_first_, index));
 }
 
 void FrameExport::write_particles(std::uint64_t index, double time, const meltsim::ParticleFrame& particles,
@@ -71,14 +86,15 @@ void FrameExport::write_shapes(const FrameShapes& shapes, std::uint64_t index,
   }
   if (wants("glb"))
     write_file(directory_.frame("surface", index, "glb"),
-               glb_text(shapes, cold, hot, scene_.output.looks, upward(scene_)));
+               glb_text(shapes, usd_.looks, contents, upward(scene_)));
   const PictureWish wish = picture_wish(scene_, cold, hot);
   // What will be where later is not known yet; a camera that moves from frame to frame is worse than a wide
   // view.
   const Box all = view_box(scene_, {});
   const Camera camera = scene_camera(scene_, all.empty() ? box_of(shapes) : all, wish.aspect());
   if (!wants("pov") && !wants("png")) return;
-  const FrameShapes shown = visible_part(shapes, scene_.output.body_visible);
+  const FrameShapes shown = picture_shapes(shapes, scene_);
+  if (camera_problem_.empty() && eye_in_solid(shown, camera)) camera_problem_ = eye_in_solid_text;
   if (wants("pov")) {
     write_file(directory_.frame("scene", index, "pov"),
                pov_text(shown, camera, trace_settings(scene_, camera, wish)));

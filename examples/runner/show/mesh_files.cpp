@@ -4,11 +4,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
+#include <cctype>
 #include <cstring>
 #include <iterator>
-#include <optional>
-#include <set>
 #include <utility>
 
 #include "scene.hpp"
@@ -32,6 +30,7 @@ Mesh placeholder() {
   mesh.position = {{0, 0, 0}, {1e-6f, 0, 0}, {0, 0, -1e-6f}};
   mesh.normal.assign(3, {0, 1, 0});
   mesh.temperature.assign(3, 0);
+  mesh.liquid_fraction.assign(3, 0);
   mesh.body.assign(3, 0);
   mesh.material.assign(3, 0);
   mesh.triangles = {0, 1, 2};
@@ -50,10 +49,6 @@ std::string comments(const char* mark, bool empty, double time) {
 std::string one_word(std::string name) {
   std::replace(name.begin(), name.end(), ' ', '_');
   return name;
-}
-
-Rgb warmth_of(float temperature, double cold, double hot) {
-  return ramp((temperature - cold) / std::max(hot - cold, 1e-9));
 }
 
 /// The parts of a GLB file: JSON that points into one block of bytes.
@@ -87,7 +82,6 @@ class Glb {
   std::string bytes_;
 };
 
-constexpr std::size_t first_look = 2;  ///< materials of a scene come after these: liquid, solid
 constexpr int gl_float = 5126, gl_unsigned = 5125, gl_vertices = 34962, gl_indices = 34963;
 
 Json bounds_of(const std::vector<Vec3f>& points) {
@@ -96,88 +90,90 @@ Json bounds_of(const std::vector<Vec3f>& points) {
   return {{"min", {box.min.x, box.min.y, box.min.z}}, {"max", {box.max.x, box.max.y, box.max.z}}};
 }
 
-/// What the vertices of a mesh have, but for colours.
-Json vertex_attributes(Glb& glb, const Mesh& mesh) {
-  const std::vector<float> numbers(mesh.material.begin(),
-                                   mesh.material.end());  // as glTF wants its own to be
-  return {{"POSITION", glb.add(mesh.position, "VEC3", gl_float, gl_vertices, bounds_of(mesh.position))},
-          {"NORMAL", glb.add(mesh.normal, "VEC3", gl_float, gl_vertices)},
-          {"_TEMPERATURE", glb.add(mesh.temperature, "SCALAR", gl_float, gl_vertices)},
-          {"_MATERIAL", glb.add(numbers, "SCALAR", gl_float, gl_vertices)}};
+/// "w_sugar" as glTF writes attributes of one's own: _W_SUGAR.
+std::string attribute_name(std::string column, const Json& taken) {
+  for (char& c : column) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  column = "_" + column;
+  while (taken.contains(column)) column += "_";
+  return column;
 }
 
-/// Colours of the temperatures of a mesh's vertices.
-std::size_t add_warmth(Glb& glb, const Mesh& mesh, double cold, double hot) {
-  std::vector<Vec3f> colors;
-  for (const float t : mesh.temperature) {
-    const Rgb c = linear(warmth_of(t, cold, hot));  // as glTF's colours are
-    colors.push_back(meltsim::cast<float>(meltsim::Vec3d{c[0], c[1], c[2]}));
-  }
-  return glb.add(colors, "VEC3", gl_float, gl_vertices);
-}
-
-/// Some triangles in one material; `colors` of their vertices, if any.
-Json primitive_json(Glb& glb, const Json& attributes, std::optional<std::size_t> colors,
-                    const std::vector<std::uint32_t>& triangles, std::size_t material) {
-  Json primitive;
-  primitive["attributes"] = attributes;
-  if (colors) primitive["attributes"]["COLOR_0"] = *colors;
-  primitive["indices"] = glb.add(triangles, "SCALAR", gl_unsigned, gl_indices);
-  primitive["material"] = material;
-  return primitive;
-}
-
-void put_node(Json& json, const std::string& mesh, const std::string& node, const Json& primitives,
-              const meltsim::Vec3d& origin) {
-  json["meshes"].push_back({{"name", mesh}, {"primitives", primitives}});
-  json["nodes"].push_back(
-      {{"name", node}, {"mesh", json["meshes"].size() - 1}, {"translation", {origin.x, origin.y, origin.z}}});
-}
-
-void add_node(Json& json, Glb& glb, const Mesh& given, const meltsim::Vec3d& origin, const std::string& name,
-              std::size_t material, double cold, double hot, const std::vector<SceneLook>& looks) {
-  const Mesh mesh = given.empty() ? placeholder() : given;
-  const Json attributes = vertex_attributes(glb, mesh);
-  const std::size_t warmth = add_warmth(glb, mesh, cold, hot);
-  // Those without a colour are one part, -1.
-  const auto part_of = [&](std::size_t t) {
-    const std::uint32_t m = material_of_triangle(mesh, t);
-    return !given.empty() && color_of(looks, m) != nullptr ? static_cast<int>(m) : -1;
+/// What the vertices of a mesh have, but for colours. glTF wants numbers of one's own as float.
+Json vertex_attributes(Glb& glb, const Mesh& mesh, const std::vector<std::string>& contents) {
+  const auto scalars = [&glb](const std::vector<float>& values) {
+    return glb.add(values, "SCALAR", gl_float, gl_vertices);
   };
-  Json primitives = Json::array();
-  for (const auto& [part, triangles] : grouped(mesh, part_of)) {
-    if (part < 0) primitives.push_back(primitive_json(glb, attributes, warmth, triangles, material));
-    else
-      primitives.push_back(primitive_json(glb, attributes, std::nullopt, triangles,
-                                          first_look + static_cast<std::size_t>(part)));
-  }
-  put_node(json, name, given.empty() ? name + " " + placeholder_word : name, primitives, origin);
+  std::vector<float> bodies;
+  for (const std::uint32_t body : mesh.body) bodies.push_back(static_cast<float>(body) - 1);
+  Json attributes{
+      {"POSITION", glb.add(mesh.position, "VEC3", gl_float, gl_vertices, bounds_of(mesh.position))},
+      {"NORMAL", glb.add(mesh.normal, "VEC3", gl_float, gl_vertices)},
+      {"_TEMPERATURE", scalars(mesh.temperature)},
+      {"_BODY", scalars(bodies)},
+      {"_MATERIAL", scalars({mesh.material.begin(), mesh.material.end()})}};
+  if (mesh.liquid_fraction.size() == mesh.position.size())
+    attributes["_LIQUID_FRACTION"] = scalars(mesh.liquid_fraction);
+  for (std::size_t k = 0; k < std::min(mesh.contents.size(), contents.size()); ++k)
+    attributes[attribute_name(contents[k], attributes)] = scalars(mesh.contents[k]);
+  return attributes;
 }
 
-/// Whether liquids of different colours are in it.
-bool is_mixed(const Mesh& mesh, const std::vector<SceneLook>& looks) {
-  std::set<std::uint32_t> colored;
-  for (const std::uint32_t m : mesh.material)
-    if (color_of(looks, m) != nullptr) colored.insert(m);
-  for (const std::uint32_t m : mesh.species)
-    if (color_of(looks, m) != nullptr) return true;
-  return colored.size() > 1;
+/// Clear liquid refracts light; what importers lack of these extensions they leave out.
+Json material_json(const PartLook& look) {
+  const Rgb color = look.by_vertex ? Rgb{1, 1, 1} : look.color;
+  const double alpha = look.clear ? 1 : look.opacity;
+  Json material{{"name", look.name},
+                {"pbrMetallicRoughness",
+                 {{"baseColorFactor", {color[0], color[1], color[2], alpha}},
+                  {"metallicFactor", 0},
+                  {"roughnessFactor", look.roughness}}}};
+  if (alpha < 1) material["alphaMode"] = "BLEND";
+  if (look.clear)
+    material["extensions"] = {{"KHR_materials_transmission", {{"transmissionFactor", 1}}},
+                              {"KHR_materials_ior", {{"ior", water_ior}}}};
+  return material;
 }
 
-/// Liquids of different colours: what has a colour is one part whose vertices carry it, of the material `dyed`.
-void add_mixed_node(Json& json, Glb& glb, const FrameShapes& split, std::size_t dyed, double cold,
-                    double hot) {
-  const Json attributes = vertex_attributes(glb, split.liquid);  // both parts have the same vertices
+/// The number of a look among the materials of the file, which has only those that appear in it.
+std::size_t material_number(Json& json, const PartLook& look) {
+  Json& materials = json["materials"];
+  for (std::size_t i = 0; i < materials.size(); ++i)
+    if (materials[i]["name"] == look.name) return i;
+  materials.push_back(material_json(look));
+  if (look.clear) json["extensionsUsed"] = {"KHR_materials_transmission", "KHR_materials_ior"};
+  return materials.size() - 1;
+}
+
+/// A primitive per material.
+Json primitives_json(Json& json, Glb& glb, const PartedMesh& parted, const PartLooks& looks,
+                     const std::vector<std::string>& contents) {
   Json primitives = Json::array();
-  if (!split.liquid.empty()) {
-    const std::size_t warmth = add_warmth(glb, split.liquid, cold, hot);
-    primitives.push_back(primitive_json(glb, attributes, warmth, split.liquid.triangles, 0));
+  const Json attributes = vertex_attributes(glb, parted.mesh, contents);
+  for (const auto& [look, triangles] : parted.triangles) {
+    Json primitive;
+    primitive["attributes"] = attributes;
+    if (looks.all[look].by_vertex)
+      primitive["attributes"]["COLOR_0"] = glb.add(parted.mesh.color, "VEC3", gl_float, gl_vertices);
+    primitive["indices"] = glb.add(triangles, "SCALAR", gl_unsigned, gl_indices);
+    primitive["material"] = material_number(json, looks.all[look]);
+    primitives.push_back(primitive);
   }
-  if (!split.paint.empty()) {
-    const std::size_t colors = glb.add(split.paint.color, "VEC3", gl_float, gl_vertices);
-    primitives.push_back(primitive_json(glb, attributes, colors, split.paint.triangles, dyed));
+  return primitives;
+}
+
+void add_node(Json& json, Glb& glb, PartedMesh parted, std::size_t empty_look, const meltsim::Vec3d& origin,
+              const std::string& name, const PartLooks& looks, const std::vector<std::string>& contents) {
+  const bool empty = parted.triangles.empty();
+  if (empty) {
+    parted.mesh = placeholder();
+    parted.mesh.color.assign(3, {1, 1, 1});
+    parted.triangles[empty_look] = parted.mesh.triangles;
   }
-  put_node(json, "liquid", "liquid", primitives, split.origin);
+  const Json primitives = primitives_json(json, glb, parted, looks, contents);
+  json["meshes"].push_back({{"name", name}, {"primitives", primitives}});
+  json["nodes"].push_back({{"name", empty ? name + " " + placeholder_word : name},
+                           {"mesh", json["meshes"].size() - 1},
+                           {"translation", {origin.x, origin.y, origin.z}}});
 }
 
 /// The whole file.
@@ -196,15 +192,29 @@ std::string glb_file(Json json, std::string bytes) {
   return file + bytes;
 }
 
-/// The header of a surface as PLY; `contents`: the columns of what is dissolved.
-std::string mesh_ply_head(const Mesh& mesh, const std::string& said,
-                          const std::vector<std::string>& contents) {
+/// Numbers of vertices that not every mesh has.
+struct Column {
+  std::string name;
+  const float* values;
+};
+
+std::vector<Column> columns_of(const Mesh& mesh, const std::vector<std::string>& contents) {
+  std::vector<Column> columns;
+  if (mesh.liquid_fraction.size() == mesh.position.size())
+    columns.push_back({"liquid_fraction", mesh.liquid_fraction.data()});
+  for (std::size_t k = 0; k < std::min(mesh.contents.size(), contents.size()); ++k)
+    columns.push_back({contents[k], mesh.contents[k].data()});
+  return columns;
+}
+
+/// The header of a surface as PLY; `more` stands behind the other properties.
+std::string mesh_ply_head(const Mesh& mesh, const std::string& said, const std::vector<Column>& more) {
   std::string text = "ply\nformat binary_little_endian 1.0\n" + said +
                      fmt::format("element vertex {}\n", mesh.position.size());
   for (const char* name : {"x", "y", "z", "nx", "ny", "nz", "temperature"})
     text += fmt::format("property float {}\n", name);
   text += "property int body\nproperty int material\n";
-  for (const std::string& name : contents) text += fmt::format("property float {}\n", name);
+  for (const Column& column : more) text += fmt::format("property float {}\n", column.name);
   return text + fmt::format("element face {}\nproperty list uchar uint vertex_indices\nend_header\n",
                             mesh.triangles.size() / 3);
 }
@@ -215,12 +225,10 @@ std::string mesh_ply_text(const Mesh& given, const meltsim::Vec3d& origin, doubl
                           const std::vector<std::string>& contents) {
   const Mesh stand_in = given.empty() ? placeholder() : Mesh{};
   const Mesh& mesh = given.empty() ? stand_in : given;
-  const std::size_t vertices = mesh.position.size(), faces = mesh.triangles.size() / 3,
-                    species = std::min(mesh.contents.size(), contents.size());
-  std::string text =
-      mesh_ply_head(mesh, comments("comment", given.empty(), time),
-                    {contents.begin(), contents.begin() + static_cast<std::ptrdiff_t>(species)});
-  const std::size_t vertex_bytes = 36 + 4 * species, face_bytes = 13,  // of what is put below
+  const std::size_t vertices = mesh.position.size(), faces = mesh.triangles.size() / 3;
+  const std::vector<Column> more = columns_of(mesh, contents);
+  std::string text = mesh_ply_head(mesh, comments("comment", given.empty(), time), more);
+  const std::size_t vertex_bytes = 36 + 4 * more.size(), face_bytes = 13,  // of what is put below
       head = text.size();
   text.resize(head + vertices * vertex_bytes + faces * face_bytes);
   char* to = text.data() + head;
@@ -239,7 +247,7 @@ std::string mesh_ply_text(const Mesh& given, const meltsim::Vec3d& origin, doubl
     put(temperature[i]);
     put(static_cast<std::int32_t>(body[i]) - 1);
     put(static_cast<std::int32_t>(material[i]));
-    for (std::size_t k = 0; k < species; ++k) put(mesh.contents[k][i]);
+    for (const Column& column : more) put(column.values[i]);
   }
   for (std::size_t t = 0; t < faces; ++t) {
     put(std::uint8_t{3});
@@ -276,32 +284,18 @@ std::string mesh_obj_text(const Mesh& given, const meltsim::Vec3d& origin, doubl
   return fmt::to_string(out);
 }
 
-std::string glb_text(const FrameShapes& shapes, double cold, double hot, const std::vector<SceneLook>& looks,
-                     const meltsim::Vec3d& up) {
+std::string glb_text(const FrameShapes& shapes, const PartLooks& looks,
+                     const std::vector<std::string>& contents, const meltsim::Vec3d& up) {
   Json json;
   json["asset"] = {{"version", "2.0"}, {"generator", "meltsim"}};
   json["scene"] = 0;
   json["scenes"] = Json::array({{{"nodes", {0, 1}}, {"extras", {{"time_s", shapes.time}}}}});
-  const auto material = [](const std::string& name, Rgb color, double alpha, double roughness) {
-    Json m{{"name", name},
-           {"pbrMetallicRoughness",
-            {{"baseColorFactor", {color[0], color[1], color[2], alpha}},
-             {"metallicFactor", 0},
-             {"roughnessFactor", roughness}}}};
-    if (alpha < 1) m["alphaMode"] = "BLEND";
-    return m;
-  };
-  json["materials"] = {material("liquid", {1, 1, 1}, 0.6, 0.1), material("solid", {1, 1, 1}, 1, 0.6)};
-  for (const SceneLook& look : looks)
-    json["materials"].push_back(material(look.name, linear(look.color.value_or(Rgb{1, 1, 1})), 1, 0.4));
+  json["materials"] = Json::array();
   Glb glb(json);
-  if (!shapes.liquid.empty() && is_mixed(shapes.liquid, looks)) {
-    json["materials"].push_back(material("dyed", {1, 1, 1}, 1, 0.4));
-    add_mixed_node(json, glb, split_liquid(shapes, looks), json["materials"].size() - 1, cold, hot);
-  } else {
-    add_node(json, glb, shapes.liquid, shapes.origin, "liquid", 0, cold, hot, looks);
-  }
-  add_node(json, glb, shapes.solid, shapes.origin, "solid", 1, cold, hot, looks);
+  add_node(json, glb, liquid_parts(shapes, looks), looks.liquid.front(), shapes.origin, "liquid", looks,
+           contents);
+  add_node(json, glb, solid_parts(shapes, looks), looks.solid.front(), shapes.origin, "solid", looks,
+           contents);
   if (!is_along(up, {0, 1, 0})) {
     const Json children = std::exchange(json["scenes"][0]["nodes"], Json::array({json["nodes"].size()}));
     json["nodes"].push_back({{"name", "upright"}, {"rotation", turn_upright(up)}, {"children", children}});

@@ -109,9 +109,12 @@ std::vector<FrameParticle> read_particles_ply(const std::string& path, double& t
 Mesh read_mesh_ply(const std::string& path, const meltsim::Vec3d& origin, double& time) {
   Ply ply(path);
   const std::string first = "x y z nx ny nz temperature body ";
-  const std::size_t species = ply.species_behind(first + "material ");
-  const bool has_material = species > 0 || ply.has_material(first);
-  ply.expect_left(ply.vertices, has_material ? 36 + species * sizeof(float) : 32);
+  // Surfaces of earlier versions lack the fraction, or the material as well.
+  const bool has_fraction = ply.vertex_properties.find("liquid_fraction ") != std::string::npos;
+  const std::string whole = first + (has_fraction ? "material liquid_fraction " : "material ");
+  const std::size_t species = ply.species_behind(whole);
+  const bool has_material = species > 0 || ply.vertex_properties == whole || ply.has_material(first);
+  ply.expect_left(ply.vertices, has_material ? 36 + (species + (has_fraction ? 1 : 0)) * sizeof(float) : 32);
   time = ply.time;
   Mesh mesh;
   if (ply.placeholder) return mesh;
@@ -124,6 +127,7 @@ Mesh read_mesh_ply(const std::string& path, const meltsim::Vec3d& origin, double
     mesh.temperature.push_back(x[6]);
     mesh.body.push_back(static_cast<std::uint32_t>(ply.take<std::int32_t>() + 1));
     mesh.material.push_back(has_material ? static_cast<std::uint32_t>(ply.take<std::int32_t>()) : 0u);
+    if (has_fraction) mesh.liquid_fraction.push_back(ply.take<float>());
     for (std::vector<float>& content : mesh.contents) content.push_back(ply.take<float>());
   }
   ply.expect_left(ply.faces, 13);

@@ -50,4 +50,9 @@ inline Rgb ramp(double x) {
   return color;
 }
 
+/// The colour of a temperature between two ends.
+inline Rgb warmth_of(double temperature, double cold, double hot) {
+  return ramp((temperature - cold) / std::max(hot - cold, 1e-9));
+}
+
 }  // namespace runner

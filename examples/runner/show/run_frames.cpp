@@ -15,6 +15,7 @@
 #include "load_scene.hpp"
 #include "numbers.hpp"
 #include "show/ply_reader.hpp"
+#include "show/surfaces.hpp"
 
 namespace runner {
 
@@ -76,7 +77,7 @@ FrameShapes frame_on_disk(const RunDirectory& directory, const Scene& scene, std
   } else if (exists(particles)) {
     add_balls(shapes, read_particles_ply(particles, shapes.time), scene.world.spacing);
   }
-  return visible_part(std::move(shapes), scene.output.body_visible);
+  return picture_shapes(std::move(shapes), scene);
 }
 
 std::pair<double, double> range_on_disk(const RunDirectory& directory) {

@@ -96,12 +96,12 @@ void RunPictures::still(std::shared_ptr<const FrameShapes> shapes) {
 }
 
 void RunPictures::write_still(const FrameShapes& shapes, const Box& seen) {
-  const FrameShapes shown = visible_part(shapes, scene_.output.body_visible);
+  const FrameShapes shown = picture_shapes(shapes, scene_);
   const auto [cold, hot] = temperature_range(scene_);
   PictureWish wish = picture_wish(scene_, cold, hot);
   wish.extent = length(seen.size());
   const Camera camera = scene_camera(scene_, seen, wish.aspect());
-  if (eye_in_solid(shown, camera)) problem_ = "the camera stands inside a solid: move output.camera.eye";
+  if (eye_in_solid(shown, camera)) problem_ = eye_in_solid_text;
   write_file(directory_.file("still.png"), png_text(draw(shown, scene_, camera, wish)));
 }
 

@@ -162,6 +162,7 @@ class Cutter {
     mesh_.temperature.push_back(mix(mesh_.temperature[a], mesh_.temperature[b]));
     if (!mesh_.liquid_fraction.empty())
       mesh_.liquid_fraction.push_back(mix(mesh_.liquid_fraction[a], mesh_.liquid_fraction[b]));
+    for (std::vector<float>& content : mesh_.contents) content.push_back(mix(content[a], content[b]));
     mesh_.body.push_back(mesh_.body[nearer]);
     mesh_.material.push_back(mesh_.material[nearer]);
     dyes_.push_back({mix(dyes_[a].color, dyes_[b].color), 0.5f});

@@ -78,6 +78,10 @@ Mesh meshes_of_bodies(meltsim::World& world, meltsim::SurfaceDesc desc, const me
   return all;
 }
 
+bool wants_closed(const Scene& scene) {
+  return scene.output.surface.is_object() && scene.output.surface.value("closed_at_solids", false);
+}
+
 /// Drops triangles all of whose corners are as near as this to vertices of triangles of `other`: one sheet where two would be.
 void drop_coincident(Mesh& mesh, const Mesh& other, double tolerance) {
   // Vertices are in all cells that they may be near to, so that a place is looked for in its own cell alone.
@@ -127,11 +131,14 @@ FrameShapes world_shapes(meltsim::World& world, const Scene& scene, double time,
   meltsim::SurfaceDesc desc = desc_of(scene, particles.id.size());
   const std::vector<bool>& visible = scene.output.body_visible;
   // Beside a body that pictures leave out, the liquid has a face of its own; beside others one sheet is for both.
-  desc.closed_at_solids = std::find(visible.begin(), visible.end(), false) != visible.end();
+  const bool hides = std::find(visible.begin(), visible.end(), false) != visible.end(),
+             closed = wants_closed(scene);
+  desc.closed_at_solids = hides || closed;
   shapes.liquid = mesh_of(world, desc, meltsim::SurfaceOf::liquid, shapes.origin, problem);
   shapes.solid = mesh_of(world, desc, meltsim::SurfaceOf::solids, shapes.origin, problem);
-  if (desc.closed_at_solids) {
-    drop_coincident(shapes.liquid, visible_part(shapes, visible).solid, same_sheet * scene.world.spacing);
+  if (hides) {
+    if (!closed)
+      drop_coincident(shapes.liquid, visible_part(shapes, visible).solid, same_sheet * scene.world.spacing);
     shapes.solid = meshes_of_bodies(world, desc, shapes.origin, problem);
   }
   if (!particles.species.empty()) {
@@ -146,6 +153,12 @@ FrameShapes world_shapes(meltsim::World& world, const Scene& scene, double time,
   if (std::any_of(particles.tag.begin(), particles.tag.end(), has_no_mesh))
     add_balls(shapes, frame_particles(particles), scene.world.spacing);
   return shapes;
+}
+
+FrameShapes picture_shapes(FrameShapes shapes, const Scene& scene) {
+  FrameShapes shown = visible_part(std::move(shapes), scene.output.body_visible);
+  if (wants_closed(scene)) drop_coincident(shown.liquid, shown.solid, same_sheet * scene.world.spacing);
+  return shown;
 }
 
 }  // namespace runner

@@ -12,4 +12,7 @@ namespace runner {
 FrameShapes world_shapes(meltsim::World& world, const Scene& scene, double time,
                          const meltsim::ParticleFrame& particles, std::string& problem);
 
+/// What pictures show of a frame: bodies that are visible, and one sheet where liquid touches them, since light cannot tell two apart.
+FrameShapes picture_shapes(FrameShapes shapes, const Scene& scene);
+
 }  // namespace runner

@@ -37,5 +37,6 @@ Rgb body_color(const TraceSettings& settings, std::size_t body);
 Image traced(const FrameShapes& shapes, const Camera& camera, const TraceSettings& settings);
 /// Whether the camera stands inside something solid, and would see nothing but its inside.
 bool eye_in_solid(const FrameShapes& shapes, const Camera& camera);
+inline constexpr const char* eye_in_solid_text = "the camera stands inside a solid: move output.camera.eye";
 
 }  // namespace runner

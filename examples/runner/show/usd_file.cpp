@@ -4,7 +4,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <iterator>
+#include <limits>
+#include <set>
 
 #include "meltsim/particle_tag.hpp"
 
@@ -20,125 +23,386 @@ void put_number(std::string& to, double value) { fmt::format_to(std::back_insert
 void put_point(std::string& to, const Vec3d& p) {
   fmt::format_to(std::back_inserter(to), "({:.9g}, {:.9g}, {:.9g})", p.x, p.y, p.z);
 }
+void put_vector(std::string& to, const Vec3f& v) { put_point(to, meltsim::cast<double>(v)); }
 
-/// `type name = [item(0), item(1), ...]`, and what else it says of it in brackets.
-template <class Item>
-void put_array(std::string& to, const char* declaration, std::size_t count, const Item& item,
-               const char* interpolation = nullptr) {
-  to += "        ";
-  to += declaration;
-  to += " = [";
-  for (std::size_t i = 0; i < count; ++i) {
-    if (i != 0) to += ", ";
-    item(i);
+/// Text of one of the three files. All have the same prims and attributes.
+class Stage {
+ public:
+  enum class Kind { frame, clips, manifest };
+  Stage(Kind kind, std::uint64_t frame) : kind_(kind), frame_(frame) {}
+
+  bool is_frame() const { return kind_ == Kind::frame; }
+  bool is_manifest() const { return kind_ == Kind::manifest; }
+  std::string& text() { return text_; }
+
+  /// `put(i)` appends item i of an array that changes from frame to frame; without values it is declared only.
+  template <class Put>
+  void array(const std::string& declaration, std::size_t count, const Put& put,
+             const char* interpolation = nullptr) {
+    declare(declaration, "", interpolation);
+    if (!is_frame()) return;
+    text_ += indent_ + declaration + ".timeSamples = {\n" + indent_ + "    " + std::to_string(frame_) + ": ";
+    put_items(count, put);
+    text_ += ",\n" + indent_ + "}\n";
   }
-  to += "]";
-  if (interpolation != nullptr)
-    to += fmt::format(" (\n            interpolation = \"{}\"\n        )", interpolation);
-  to += "\n";
-}
+  /// What is the same in all frames. Value clips leave it to the file that joins them.
+  void fixed(const std::string& declaration, const std::string& value, const char* interpolation = nullptr) {
+    if (!is_manifest()) declare(declaration, " = " + value, interpolation);
+  }
+  void line(const std::string& content) { text_ += indent_ + content + "\n"; }
+  void open(const std::string& head, const std::string& schema = "") {
+    if (schema.empty() || is_manifest()) line(head);
+    else line(head + " (\n" + indent_ + "    prepend apiSchemas = [\"" + schema + "\"]\n" + indent_ + ")");
+    line("{");
+    indent_ += "    ";
+  }
+  void close() {
+    indent_.resize(indent_.size() - 4);
+    line("}");
+  }
 
-/// `p` is called with each place.
+ private:
+  void declare(const std::string& declaration, const std::string& value, const char* interpolation) {
+    text_ += indent_ + declaration + value;
+    if (interpolation != nullptr)
+      text_ += fmt::format(" (\n{0}    interpolation = \"{1}\"\n{0})", indent_, interpolation);
+    text_ += "\n";
+  }
+  template <class Put>
+  void put_items(std::size_t count, const Put& put) {
+    text_ += "[";
+    for (std::size_t i = 0; i < count; ++i) {
+      if (i != 0) text_ += ", ";
+      put(i);
+    }
+    text_ += "]";
+  }
+
+  Kind kind_;
+  std::uint64_t frame_;
+  std::string text_, indent_;
+};
+
+/// The bounds of places, `place(i)` each, as readers want them beside the points; of nothing an empty range, which USD writes this way.
 template <class Place>
-void put_extent(std::string& to, std::size_t count, double margin, const Place& place) {
-  if (count == 0) return;
-  Vec3d low = place(0), high = low;
+void put_extent(Stage& stage, std::size_t count, double margin, const Place& place) {
+  constexpr double most = std::numeric_limits<float>::max();
+  Vec3d low = count == 0 ? Vec3d{most, most, most} : place(0), high = count == 0 ? low * -1.0 : low;
   for (std::size_t i = 1; i < count; ++i) {
     const Vec3d x = place(i);
     low = {std::min(low.x, x.x), std::min(low.y, x.y), std::min(low.z, x.z)};
     high = {std::max(high.x, x.x), std::max(high.y, x.y), std::max(high.z, x.z)};
   }
-  const Vec3d m{margin, margin, margin};
-  to += "        float3[] extent = [";
-  put_point(to, low - m);
-  to += ", ";
-  put_point(to, high + m);
-  to += "]\n";
+  const Vec3d m = count == 0 ? Vec3d{} : Vec3d{margin, margin, margin};
+  stage.array("float3[] extent", 2,
+              [&](std::size_t i) { put_point(stage.text(), i == 0 ? low - m : high + m); });
 }
 
-void put_particles(std::string& to, const meltsim::ParticleFrame& p, double spacing) {
+/// A number of every vertex or particle. float for the others, int for what counts.
+template <class Value>
+void put_scalars(Stage& stage, const std::string& name, std::size_t count, const Value& value) {
+  constexpr bool whole = std::is_integral_v<decltype(value(std::size_t{0}))>;
+  stage.array((whole ? "int[] primvars:" : "float[] primvars:") + name, count,
+              [&](std::size_t i) {
+                if constexpr (whole) stage.text() += std::to_string(value(i));
+                else put_number(stage.text(), static_cast<double>(value(i)));
+              },
+              "vertex");
+}
+
+/// What is dissolved, a column for each species. `columns[k]` has `count` numbers, or is missing.
+void put_contents(Stage& stage, const UsdRun& run, std::size_t count,
+                  const std::vector<std::vector<float>>& columns) {
+  for (std::size_t k = 0; k < run.contents.size(); ++k) {
+    const bool there = k < columns.size() && columns[k].size() == count;
+    put_scalars(stage, run.contents[k], there ? count : 0, [&](std::size_t i) { return columns[k][i]; });
+  }
+}
+
+void put_particles(Stage& stage, const UsdRun& run, const meltsim::ParticleFrame& p) {
   const std::size_t n = p.id.size();
+  std::string& text = stage.text();
   const auto place = [&](std::size_t i) { return meltsim::cast<double>(p.position[i]) + p.origin; };
-  to += "    def Points \"particles\"\n    {\n";
-  put_extent(to, n, 0.5 * spacing, place);
-  put_array(to, "point3f[] points", n, [&](std::size_t i) { put_point(to, place(i)); });
-  put_array(to, "vector3f[] velocities", n,
-            [&](std::size_t i) { put_point(to, meltsim::cast<double>(p.velocity[i])); });
-  put_array(
-      to, "float[] widths", 1, [&](std::size_t) { put_number(to, spacing); }, "constant");
-  put_array(to, "int64[] ids", n, [&](std::size_t i) { to += std::to_string(p.id[i]); });
-  put_array(
-      to, "float[] primvars:temperature", n, [&](std::size_t i) { put_number(to, p.temperature[i]); },
-      "vertex");
-  put_array(
-      to, "float[] primvars:liquid_fraction", n, [&](std::size_t i) { put_number(to, p.liquid_fraction[i]); },
-      "vertex");
-  put_array(
-      to, "int[] primvars:body", n,
-      [&](std::size_t i) {
-        to += std::to_string(meltsim::is_solid(p.tag[i]) ? static_cast<int>(meltsim::body_of(p.tag[i])) - 1
-                                                         : -1);
-      },
-      "vertex");
-  put_array(
-      to, "int[] primvars:material", n,
-      [&](std::size_t i) { to += std::to_string(meltsim::material_of(p.tag[i])); }, "vertex");
-  to += "    }\n";
+  stage.open("def Points \"particles\"");
+  put_extent(stage, n, 0.5 * run.spacing, place);
+  stage.array("point3f[] points", n, [&](std::size_t i) { put_point(text, place(i)); });
+  stage.array("vector3f[] velocities", n, [&](std::size_t i) { put_vector(text, p.velocity[i]); });
+  stage.fixed("float[] widths", fmt::format("[{:.9g}]", run.spacing), "constant");
+  stage.array("int64[] ids", n, [&](std::size_t i) { text += std::to_string(p.id[i]); });
+  put_scalars(stage, "temperature", n, [&](std::size_t i) { return p.temperature[i]; });
+  put_scalars(stage, "liquid_fraction", n, [&](std::size_t i) { return p.liquid_fraction[i]; });
+  put_scalars(stage, "body", n, [&](std::size_t i) {
+    return meltsim::is_solid(p.tag[i]) ? static_cast<int>(meltsim::body_of(p.tag[i])) - 1 : -1;
+  });
+  put_scalars(stage, "material", n, [&](std::size_t i) { return meltsim::material_of(p.tag[i]); });
+  put_contents(stage, run, n, p.fractions);
+  stage.close();
 }
 
-void put_mesh(std::string& to, const char* name, const Mesh& mesh, const Vec3d& origin) {
+/// Names of prims are letters, digits and underscores, and differ from each other.
+std::vector<std::string> prim_names(const PartLooks& looks) {
+  std::vector<std::string> names;
+  for (const PartLook& look : looks.all) {
+    std::string name = look.name;
+    for (char& c : name)
+      if (std::isalnum(static_cast<unsigned char>(c)) == 0) c = '_';
+    if (name.empty() || std::isdigit(static_cast<unsigned char>(name[0])) != 0) name = "_" + name;
+    while (std::find(names.begin(), names.end(), name) != names.end()) name += "_";
+    names.push_back(name);
+  }
+  return names;
+}
+
+std::string binding_of(const std::string& material) {
+  return fmt::format("rel material:binding = </meltsim/materials/{}>", material);
+}
+
+/// Triangles of a mesh in the order of its materials, and where those of each begin.
+struct Faces {
+  std::vector<std::uint32_t> corners;
+  std::map<std::size_t, std::pair<std::size_t, std::size_t>> span;  ///< first and last + 1
+};
+
+Faces sorted_faces(const PartedMesh& parted) {
+  Faces faces;
+  for (const auto& [look, triangles] : parted.triangles) {
+    const std::size_t first = faces.corners.size() / 3;
+    faces.corners.insert(faces.corners.end(), triangles.begin(), triangles.end());
+    faces.span[look] = {first, faces.corners.size() / 3};
+  }
+  return faces;
+}
+
+/// A material for the whole mesh, or one for each of its parts: all that it has in any frame.
+void put_bindings(Stage& stage, const PartLooks& looks, const std::vector<std::size_t>& possible,
+                  const Faces& faces) {
+  const std::vector<std::string> names = prim_names(looks);
+  if (possible.size() == 1) {
+    if (!stage.is_manifest()) stage.line(binding_of(names[possible.front()]));
+    return;
+  }
+  stage.fixed("uniform token subsetFamily:materialBind:familyType", "\"nonOverlapping\"");
+  for (const std::size_t look : possible) {
+    const auto found = faces.span.find(look);
+    const auto [first, last] =
+        found == faces.span.end() ? std::pair<std::size_t, std::size_t>{} : found->second;
+    stage.open(fmt::format("def GeomSubset \"{}\"", names[look]), "MaterialBindingAPI");
+    stage.fixed("uniform token elementType", "\"face\"");
+    stage.fixed("uniform token familyName", "\"materialBind\"");
+    stage.array("int[] indices", last - first,
+                [&, from = first](std::size_t i) { stage.text() += std::to_string(from + i); });
+    if (!stage.is_manifest()) stage.line(binding_of(names[look]));
+    stage.close();
+  }
+}
+
+bool all_opaque(const PartLooks& looks, const std::vector<std::size_t>& possible) {
+  return std::all_of(possible.begin(), possible.end(),
+                     [&](std::size_t look) { return looks.all[look].opacity >= 1; });
+}
+
+/// For readers that show no materials, and for materials of surfaces that have several.
+void put_colors(Stage& stage, const PartLooks& looks, const std::vector<std::size_t>& possible,
+                const PartedMesh& parted) {
+  const PartLook& only = looks.all[possible.front()];
+  std::string& text = stage.text();
+  if (possible.size() == 1 && !only.by_vertex) {
+    stage.fixed("color3f[] primvars:displayColor",
+                fmt::format("[({:.4g}, {:.4g}, {:.4g})]", only.color[0], only.color[1], only.color[2]),
+                "constant");
+  } else {
+    stage.array(
+        "color3f[] primvars:displayColor", parted.mesh.color.size(),
+        [&](std::size_t i) {
+          const Vec3f& c = parted.mesh.color[i];
+          fmt::format_to(std::back_inserter(text), "({:.4g}, {:.4g}, {:.4g})", c.x, c.y, c.z);
+        },
+        "vertex");
+  }
+  if (all_opaque(looks, possible)) return;
+  if (possible.size() == 1) {
+    stage.fixed("float[] primvars:displayOpacity", fmt::format("[{:g}]", only.opacity), "constant");
+    return;
+  }
+  std::vector<double> opacity(parted.mesh.position.size(), 1);
+  for (const auto& [look, triangles] : parted.triangles)
+    for (const std::uint32_t v : triangles) opacity[v] = std::min(opacity[v], looks.all[look].opacity);
+  stage.array(
+      "float[] primvars:displayOpacity", opacity.size(), [&](std::size_t i) { put_number(text, opacity[i]); },
+      "vertex");
+}
+
+void put_mesh(Stage& stage, const UsdRun& run, const char* name, const PartedMesh& parted,
+              const std::vector<std::size_t>& possible, const Vec3d& origin) {
+  const Mesh& mesh = parted.mesh;
+  const Faces faces = sorted_faces(parted);
   const std::size_t n = mesh.position.size();
+  std::string& text = stage.text();
   const auto place = [&](std::size_t i) { return meltsim::cast<double>(mesh.position[i]) + origin; };
-  to +=
-      fmt::format("    def Mesh \"{}\"\n    {{\n        uniform token subdivisionScheme = \"none\"\n", name);
-  put_extent(to, n, 0, place);
-  put_array(to, "int[] faceVertexCounts", mesh.triangles.size() / 3, [&](std::size_t) { to += "3"; });
-  put_array(to, "int[] faceVertexIndices", mesh.triangles.size() / 3 * 3,
-            [&](std::size_t i) { to += std::to_string(mesh.triangles[i]); });
-  put_array(to, "point3f[] points", n, [&](std::size_t i) { put_point(to, place(i)); });
-  put_array(
-      to, "normal3f[] normals", n,
-      [&](std::size_t i) { put_point(to, meltsim::cast<double>(mesh.normal[i])); }, "vertex");
-  put_array(
-      to, "float[] primvars:temperature", n, [&](std::size_t i) { put_number(to, mesh.temperature[i]); },
-      "vertex");
-  if (mesh.liquid_fraction.size() == n)
-    put_array(
-        to, "float[] primvars:liquid_fraction", n,
-        [&](std::size_t i) { put_number(to, mesh.liquid_fraction[i]); }, "vertex");
-  put_array(
-      to, "int[] primvars:body", n,
-      [&](std::size_t i) { to += std::to_string(static_cast<int>(mesh.body[i]) - 1); }, "vertex");
-  put_array(
-      to, "int[] primvars:material", n, [&](std::size_t i) { to += std::to_string(mesh.material[i]); },
-      "vertex");
-  to += "    }\n";
+  stage.open(fmt::format("def Mesh \"{}\"", name), "MaterialBindingAPI");
+  stage.fixed("uniform token subdivisionScheme", "\"none\"");
+  put_extent(stage, n, 0, place);
+  stage.array("int[] faceVertexCounts", faces.corners.size() / 3, [&](std::size_t) { text += "3"; });
+  stage.array("int[] faceVertexIndices", faces.corners.size(),
+              [&](std::size_t i) { text += std::to_string(faces.corners[i]); });
+  stage.array("point3f[] points", n, [&](std::size_t i) { put_point(text, place(i)); });
+  stage.array(
+      "normal3f[] normals", n, [&](std::size_t i) { put_vector(text, mesh.normal[i]); }, "vertex");
+  put_colors(stage, run.looks, possible, parted);
+  put_scalars(stage, "temperature", n, [&](std::size_t i) { return mesh.temperature[i]; });
+  put_scalars(stage, "liquid_fraction", mesh.liquid_fraction.size(),
+              [&](std::size_t i) { return mesh.liquid_fraction[i]; });
+  put_scalars(stage, "body", n, [&](std::size_t i) { return static_cast<int>(mesh.body[i]) - 1; });
+  put_scalars(stage, "material", n, [&](std::size_t i) { return mesh.material[i]; });
+  if (name == std::string("liquid")) put_contents(stage, run, n, mesh.contents);
+  put_bindings(stage, run.looks, possible, faces);
+  stage.close();
+}
+
+/// An input of a material: `value`, or what the vertices have for it, which then is its fallback.
+struct Input {
+  const char *name, *type, *primvar, *reader;
+  std::string value;
+  bool by_vertex;
+};
+
+void put_input(Stage& stage, const Input& input, const std::string& path) {
+  if (input.by_vertex)
+    stage.line(fmt::format("{} inputs:{}.connect = <{}/{}.outputs:result>", input.type, input.name, path,
+                           input.primvar));
+  else stage.line(fmt::format("{} inputs:{} = {}", input.type, input.name, input.value));
+}
+
+void put_reader(Stage& stage, const Input& input) {
+  if (!input.by_vertex) return;
+  stage.open(fmt::format("def Shader \"{}\"", input.primvar));
+  stage.line(fmt::format("uniform token info:id = \"UsdPrimvarReader_{}\"", input.reader));
+  stage.line(fmt::format("{} inputs:fallback = {}", input.reader, input.value));
+  stage.line(fmt::format("string inputs:varname = \"{}\"", input.primvar));
+  stage.line(fmt::format("{} outputs:result", input.reader));
+  stage.close();
+}
+
+/// Where a surface has several materials, each takes the colour of the vertices: readers that do not follow the parts from frame to
+/// frame, as Blender does not, show the right colours then.
+void put_material(Stage& stage, const PartLooks& looks, std::size_t number, const std::string& name) {
+  const PartLook& look = looks.all[number];
+  const std::string path = "/meltsim/materials/" + name;
+  Input color{"diffuseColor", "color3f", "displayColor", "float3", "", look.by_vertex};
+  Input opacity{"opacity", "float", "displayOpacity", "float", fmt::format("{:g}", look.opacity), false};
+  color.value = fmt::format("({:.4g}, {:.4g}, {:.4g})", look.color[0], look.color[1], look.color[2]);
+  for (const std::vector<std::size_t>* surface : {&looks.liquid, &looks.solid}) {
+    if (surface->size() == 1 || std::count(surface->begin(), surface->end(), number) == 0) continue;
+    color.by_vertex = true;
+    if (!all_opaque(looks, *surface)) opacity.by_vertex = true;
+  }
+  stage.open(fmt::format("def Material \"{}\"", name));
+  stage.line(fmt::format("token outputs:surface.connect = <{}/surface.outputs:surface>", path));
+  stage.open("def Shader \"surface\"");
+  stage.line("uniform token info:id = \"UsdPreviewSurface\"");
+  put_input(stage, color, path);
+  if (look.clear) stage.line(fmt::format("float inputs:ior = {:g}", water_ior));
+  put_input(stage, opacity, path);
+  stage.line(fmt::format("float inputs:roughness = {:g}", look.roughness));
+  stage.line("token outputs:surface");
+  stage.close();
+  put_reader(stage, color);
+  put_reader(stage, opacity);
+  stage.close();
+}
+
+void put_materials(Stage& stage, const PartLooks& looks) {
+  const std::vector<std::string> names = prim_names(looks);
+  stage.open("def Scope \"materials\"");
+  for (std::size_t i = 0; i < looks.all.size(); ++i) put_material(stage, looks, i, names[i]);
+  stage.close();
+}
+
+/// USD mixes arrays of two frames at times between them where they are equally long, and two surfaces have different triangles: even frames
+/// have an even number of vertices and odd ones an odd number, by a vertex without a triangle where needed.
+PartedMesh unlike_next_frame(PartedMesh parted, std::uint64_t frame) {
+  Mesh& mesh = parted.mesh;
+  if (mesh.position.empty() || mesh.position.size() % 2 == frame % 2) return parted;
+  const auto repeat = [](auto& values) {
+    if (!values.empty()) values.push_back(values.back());
+  };
+  repeat(mesh.position);
+  repeat(mesh.normal);
+  repeat(mesh.temperature);
+  repeat(mesh.liquid_fraction);
+  repeat(mesh.body);
+  repeat(mesh.material);
+  repeat(mesh.color);
+  for (std::vector<float>& content : mesh.contents) repeat(content);
+  return parted;
+}
+
+/// Of the whole layer. A time code is the number of a frame.
+void put_head(Stage& stage, const UsdRun& run, std::uint64_t first, std::uint64_t last,
+              const std::string& more) {
+  stage.text() += fmt::format(
+      "#usda 1.0\n(\n    customLayerData = {{\n{}        string units = \"m, degrees Celsius\"\n    }}\n"
+      "    defaultPrim = \"meltsim\"\n    endTimeCode = {}\n    framesPerSecond = {:.9g}\n"
+      "    metersPerUnit = 1\n    startTimeCode = {}\n    timeCodesPerSecond = {:.9g}\n"
+      "    upAxis = \"{}\"\n)\n\n",
+      more, last, run.fps, first, run.fps, is_along(run.up, {0, 0, 1}) ? "Z" : "Y");
+}
+
+void put_turn(Stage& stage, const Vec3d& up) {
+  if (stage.is_manifest() || is_along(up, {0, 0, 1}) || is_along(up, {0, 1, 0})) return;
+  const std::array<double, 4> turn = turn_upright(up);
+  stage.line(fmt::format("quatf xformOp:orient = ({3:.9g}, {0:.9g}, {1:.9g}, {2:.9g})", turn[0], turn[1],
+                         turn[2], turn[3]));
+  stage.line("uniform token[] xformOpOrder = [\"xformOp:orient\"]");
+}
+
+void put_prims(Stage& stage, const UsdRun& run, std::uint64_t frame, const meltsim::ParticleFrame& particles,
+               const FrameShapes& shapes) {
+  put_turn(stage, run.up);
+  if (!stage.is_manifest()) put_materials(stage, run.looks);
+  put_particles(stage, run, particles);
+  put_mesh(stage, run, "liquid", unlike_next_frame(liquid_parts(shapes, run.looks), frame), run.looks.liquid,
+           shapes.origin);
+  put_mesh(stage, run, "solid", unlike_next_frame(solid_parts(shapes, run.looks), frame), run.looks.solid,
+           shapes.origin);
 }
 
 }  // namespace
 
-std::string usd_text(const meltsim::ParticleFrame& particles, const FrameShapes& shapes, double spacing,
-                     double time, const Vec3d& up) {
-  const bool up_is_z = is_along(up, {0, 0, 1});
-  std::string text = fmt::format(
-      "#usda 1.0\n(\n    customLayerData = {{\n        double time_s = {:.9g}\n        string units = \"m, "
-      "degrees "
-      "Celsius\"\n    }}\n    defaultPrim = \"meltsim\"\n    metersPerUnit = 1\n    upAxis = "
-      "\"{}\"\n)\n\ndef Xform "
-      "\"meltsim\"\n{{\n",
-      time, up_is_z ? "Z" : "Y");
-  if (!up_is_z && !is_along(up, {0, 1, 0})) {
-    const std::array<double, 4> turn = turn_upright(up);
-    text += fmt::format(
-        "    quatf xformOp:orient = ({3:.9g}, {0:.9g}, {1:.9g}, {2:.9g})\n    uniform token[] xformOpOrder = "
-        "[\"xformOp:orient\"]\n",
-        turn[0], turn[1], turn[2], turn[3]);
-  }
-  put_particles(text, particles, spacing);
-  put_mesh(text, "liquid", shapes.liquid, shapes.origin);
-  put_mesh(text, "solid", shapes.solid, shapes.origin);
-  text += "}\n";
-  return text;
+std::string usd_text(const UsdRun& run, std::uint64_t frame, double time,
+                     const meltsim::ParticleFrame& particles, const FrameShapes& shapes) {
+  Stage stage(Stage::Kind::frame, frame);
+  put_head(stage, run, frame, frame, fmt::format("        double time_s = {:.9g}\n", time));
+  stage.open("def Xform \"meltsim\"");
+  put_prims(stage, run, frame, particles, shapes);
+  stage.close();
+  return std::move(stage.text());
 }
+
+std::string usd_manifest(const UsdRun& run) {
+  Stage stage(Stage::Kind::manifest, 0);
+  put_head(stage, run, 0, 0, "");
+  stage.open("def Xform \"meltsim\"");
+  put_prims(stage, run, 0, {}, {});
+  stage.close();
+  return std::move(stage.text());
+}
+
+std::string usd_clips(const UsdRun& run, std::uint64_t first, std::uint64_t last) {
+  Stage stage(Stage::Kind::clips, 0);
+  put_head(stage, run, first, last, "");
+  stage.open(
+      fmt::format("def Xform \"meltsim\" (\n    clips = {{\n        dictionary default = {{\n"
+                  "            asset manifestAssetPath = @./{}@\n            string primPath = \"/meltsim\"\n"
+                  "            string templateAssetPath = \"./frames/scene.#####.usda\"\n"
+                  "            double templateEndTime = {}\n            double templateStartTime = {}\n"
+                  "            double templateStride = 1\n        }}\n    }}\n)",
+                  usd_manifest_file, last, first));
+  put_prims(stage, run, 0, {}, {});
+  stage.close();
+  return std::move(stage.text());
+}
+
+std::string usd_frame_file(std::uint64_t frame) { return fmt::format("frames/scene.{:05}.usda", frame); }
 
 }  // namespace runner
