@@ -611,6 +611,24 @@ Status validate(const HeatRegionDesc& r, HeatModel model) {
   return {};
 }
 
+namespace {
+Status validate_hydrostatic(const std::string& p, const ForceFieldDesc& f) {
+  if (f.kind != ForceFieldKind::hydrostatic) return {};
+  if (Status s = within(p + "density", f.density, 1e-3, 1e6, "kg/m^3",
+                        "that of the liquid below the level, 1000 of water");
+      !s)
+    return s;
+  if (!f.center && !f.shape)
+    return invalid(p,
+                   "center: is not given; a hydrostatic field takes a point of its level, below which all "
+                   "stays full of liquid");
+  if (f.liquid && f.bodies) return {};
+  return invalid(p, f.liquid ? "bodies" : "liquid",
+                 ": is false; a hydrostatic field acts on all that is below its level, or what floats would "
+                 "not");
+}
+}  // namespace
+
 Status validate(const ForceFieldDesc& f) {
   const std::string p = "force field \"" + f.name + "\": ";
   if (f.kind > ForceFieldKind::hydrostatic)
@@ -642,20 +660,7 @@ Status validate(const ForceFieldDesc& f) {
       !s)
     return s;
   if (Status s = measurable(p + "rate", f.rate, "1/s"); !s) return s;
-  if (f.kind == ForceFieldKind::hydrostatic) {
-    if (Status s = within(p + "density", f.density, 1e-3, 1e6, "kg/m^3",
-                          "that of the liquid below the level, 1000 of water");
-        !s)
-      return s;
-    if (!f.center && !f.shape)
-      return invalid(p,
-                     "center: is not given; a hydrostatic field takes a point of its level, below which all "
-                     "stays full of liquid");
-    if (!f.liquid || !f.bodies)
-      return invalid(
-          p, f.liquid ? "bodies" : "liquid",
-          ": is false; a hydrostatic field acts on all that is below its level, or what floats would not");
-  }
+  if (Status s = validate_hydrostatic(p, f); !s) return s;
   if (!f.liquid && !f.bodies)
     return invalid(p, "liquid: is false and so is bodies: it acts on nothing; set one of them");
   if (Status st = validate_times(p, f.from, f.until); !st) return st;

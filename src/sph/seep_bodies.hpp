@@ -18,13 +18,12 @@ MELTSIM_HD T taken_out(const Frame<T>& w, Vec3<T> x) {
   const core::Clock<T>& clock = *w.f.clock;
   T density = 0;
   for (std::uint32_t k = 0; k < w.f.force_fields->count; ++k) {
-    const physics::ForceField<T>& f = w.f.force_fields->row[k];
-    if (f.on == 0u || f.kind != physics::ForceKind::hydrostatic) continue;
-    if (!(clock.time >= f.from && clock.time < f.until)) continue;
-    if (!physics::in_force_region(f, spatial::separation(w.grid, x, f.center))) continue;
-    density +=
-        f.density * physics::hydrostatic_share(
-                        f, physics::depth_below(spatial::separation(w.grid, x, f.about), clock.gravity));
+    const physics::ForceField<T>& field = w.f.force_fields->row[k];
+    if (field.on == 0u || field.kind != physics::ForceKind::hydrostatic) continue;
+    if (!(clock.time >= field.from && clock.time < field.until)) continue;
+    if (!physics::in_force_region(field, spatial::separation(w.grid, x, field.center))) continue;
+    const Vec3<T> from = spatial::separation(w.grid, x, field.about);
+    density += field.density * physics::hydrostatic_share(field, physics::depth_below(from, clock.gravity));
   }
   return density;
 }
