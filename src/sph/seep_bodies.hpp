@@ -35,12 +35,13 @@ struct LiquidBeside {
   T level{};     ///< the same, taken to the height of the particle [Pa]
   T density{};   ///< as far as it weighs: less what hydrostatic fields take out [kg/m^3]
 };
+/// taken: taken_out() where the particle is.
 template <class T>
 MELTSIM_HD LiquidBeside<T> liquid_beside(const Frame<T>& w, std::uint32_t j, std::uint32_t tag, T tau,
-                                         const Vec3<T>& x_kj) {
+                                         const Vec3<T>& x_kj, T taken) {
   const core::MaterialRow<T>& m = w.f.materials[material_of(tag)];
   const T pair = T(0.5) * (w.f.velocity[j].w + m.tait_stiffness * tau);
-  const T density = m.density - taken_out(w, xyz(w.f.position[j]));
+  const T density = m.density - taken;
   return {pair, pair + density * dot(w.f.clock->gravity, x_kj), density};
 }
 
@@ -65,17 +66,18 @@ struct SeepBody {
     const Vec4<T> xk = w.f.position[k];
     const auto walls = physics::wall_view(w.c.walls, xyz(xk));
     if (walls.axes == 0u) return s;
-    const T tau = -w.f.velocity[k].w;
-    spatial::sweep_part<Periodic>(w, k, share, parts,
-                                  [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>& x_kj, T r2) {
-                                    s.add(w.c.kernel, walls, neighbour(j, tau, x_kj), xk.w * xj.w, x_kj, r2);
-                                  });
+    const T tau = -w.f.velocity[k].w, taken = taken_out(w, xyz(xk));
+    spatial::sweep_part<Periodic>(
+        w, k, share, parts, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>& x_kj, T r2) {
+          s.add(w.c.kernel, walls, neighbour(j, tau, x_kj, taken), xk.w * xj.w, x_kj, r2);
+        });
     return s;
   }
-  MELTSIM_HD physics::SeepageNeighbour<T> neighbour(std::uint32_t j, T tau, const Vec3<T>& x_kj) const {
+  MELTSIM_HD physics::SeepageNeighbour<T> neighbour(std::uint32_t j, T tau, const Vec3<T>& x_kj,
+                                                    T taken) const {
     const std::uint32_t tag = w.f.tag[j];
     if (is_solid(tag)) return {true, T(0), T(0), T(0)};
-    const LiquidBeside<T> l = liquid_beside(w, j, tag, tau, x_kj);
+    const LiquidBeside<T> l = liquid_beside(w, j, tag, tau, x_kj, taken);
     return {false, l.pressure, l.level, l.density};
   }
   template <class Add>
@@ -138,16 +140,16 @@ struct GapBody {
     if (!core::asks_of_gap(w.f.tag[k])) return s;
     const Vec4<T> xk = w.f.position[k];
     const auto walls = physics::wall_view(w.c.walls, xyz(xk));
-    const T tau = -w.f.velocity[k].w;
+    const T tau = -w.f.velocity[k].w, taken = taken_out(w, xyz(xk));
     const std::uint32_t piece = w.f.piece[k];
     spatial::sweep_part<Periodic>(
         w, k, share, parts, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>& x_kj, T r2) {
-          s.add(w.c.kernel, walls, neighbour(j, piece, tau, x_kj), xk.w * xj.w, x_kj, r2);
+          s.add(w.c.kernel, walls, neighbour(j, piece, tau, x_kj, taken), xk.w * xj.w, x_kj, r2);
         });
     return s;
   }
   MELTSIM_HD physics::GapNeighbour<T> neighbour(std::uint32_t j, std::uint32_t piece, T tau,
-                                                const Vec3<T>& x_kj) const {
+                                                const Vec3<T>& x_kj, T taken) const {
     const std::uint32_t tag = w.f.tag[j];
     physics::GapNeighbour<T> n;
     if (is_solid(tag)) {
@@ -156,7 +158,7 @@ struct GapBody {
       n.faces = !n.own && (tag & tag_surface) != 0u;
       return n;
     }
-    const LiquidBeside<T> l = liquid_beside(w, j, tag, tau, x_kj);
+    const LiquidBeside<T> l = liquid_beside(w, j, tag, tau, x_kj, taken);
     n.pressure = l.pressure;
     n.level = l.level;
     n.density = l.density;
