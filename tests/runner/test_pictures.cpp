@@ -232,6 +232,32 @@ TEST(Pictures, RowsOfNothingDoNotWidenTheRangeOfTemperatures) {
   std::filesystem::remove_all(directory);
 }
 
+TEST(Deflate, GivesBackWhatWasPackedWhateverItsParts) {
+  std::uint32_t state = 5;
+  const auto next = [&state] {
+    state = state * 1664525u + 1013904223u;
+    return static_cast<char>(state >> 24);
+  };
+  constexpr std::size_t period = 30000;  // as far back as deflate looks, nearly
+  std::string once;
+  while (once.size() < period) once += next();
+  for (const std::size_t size : {0u, 1u, 262143u, 262144u, 262145u, 1000000u})  // around the size of a part
+    for (const bool repeats : {false, true}) {
+      std::string data;
+      while (data.size() < size) data += repeats ? once[data.size() % period] : next();
+      for (const int level : {1, 6}) {
+        const std::string packed = deflated(data, level);
+        std::string back;
+        ASSERT_TRUE(inflated(packed, size, back)) << size << ' ' << repeats << ' ' << level;
+        EXPECT_EQ(back, data);
+        EXPECT_EQ(deflated(data, level), packed);
+        if (!repeats) continue;
+        // Parts know what comes before them: each on its own would hold the period once more.
+        EXPECT_LT(packed.size(), period + size / 50 + 1000) << size << ' ' << level;
+      }
+    }
+}
+
 TEST(Replay, BytesAreBase64) {
   // RFC 4648, section 10.
   const char* words[] = {"", "f", "fo", "foo", "foob", "fooba", "foobar"};
