@@ -139,7 +139,7 @@ MELTSIM_HD T hydrostatic_pressure(const ForceField<T>& f, T depth, Vec3<T> gravi
 /// What the acceleration of a particle by a field depends on beside its place.
 template <class T>
 struct Weighed {
-  Vec3<T> gravity{};
+  Vec3<T> gravity{};    ///< g [m/s^2]
   T volume_per_mass{};  ///< V/M [m^3/kg]
 };
 
