@@ -586,7 +586,11 @@ class Sequence {
     if (chance(0.5) && !heat_regions_.empty()) {
       const HeatRegionId id = any_of(heat_regions_);
       note("remove heat region ", id.index);
-      if (!guarded_call("remove", [&] { return world_->remove(id); })) return;
+      refusable_ = std::find(gone_regions_.begin(), gone_regions_.end(), id) != gone_regions_.end();
+      const Status done = guarded_call("remove", [&] { return world_->remove(id); });
+      refusable_ = false;
+      if (!done) return;
+      gone_regions_.push_back(id);
       expect(!world_->remove(id) && !world_->set_heat_region(id, {}, 0),
              "the handle of a heat region that was removed is taken");
       again([](World&) { return false; });  // handles are of this World
@@ -1446,6 +1450,7 @@ class Sequence {
   std::vector<MaterialId> materials_, liquids_, solids_, species_;
   std::vector<BodyId> bodies_, kinematic_;
   std::vector<HeatRegionId> heat_regions_;
+  std::vector<HeatRegionId> gone_regions_;  ///< those of them that were removed
   std::vector<std::pair<std::function<bool(World&)>, bool>> builds_;
   int probes_ = 0;
   Nudge nudge_;
