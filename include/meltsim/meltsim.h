@@ -316,11 +316,11 @@ typedef struct meltsim_heat_region_desc {
 
 /* What a force field does: meltsim_force_field_desc::kind. */
 enum {
-  MELTSIM_FIELD_UNIFORM = 0, /* accelerates by `acceleration` */
-  MELTSIM_FIELD_RADIAL = 1,  /* away from `center` by `strength`, or towards it where that is negative */
-  MELTSIM_FIELD_VORTEX = 2,  /* around `axis` through `center` by `strength` */
-  MELTSIM_FIELD_DRAG = 3,    /* towards the velocity of a wind, at `rate` */
-  MELTSIM_FIELD_HYDROSTATIC = 4 /* counts pressure below `center` from that of a liquid of `density` at rest */
+  MELTSIM_FIELD_UNIFORM = 0,    /* accelerates by `acceleration` */
+  MELTSIM_FIELD_RADIAL = 1,     /* away from `center` by `strength`, or towards it where that is negative */
+  MELTSIM_FIELD_VORTEX = 2,     /* around `axis` through `center` by `strength` */
+  MELTSIM_FIELD_DRAG = 3,       /* towards the velocity of a wind, at `rate` */
+  MELTSIM_FIELD_HYDROSTATIC = 4 /* counts pressure below `center` from that of liquid at rest */
 };
 
 /* A part of space in which liquid and bodies that can move are accelerated (meltsim/desc.hpp: ForceFieldDesc). */

@@ -334,7 +334,9 @@ struct FieldsBody {
             bared || (liquid && field.kind == physics::ForceKind::hydrostatic &&
                       physics::hydrostatic_share(field, physics::depth_below(from, weighed.gravity)) == T(1));
       }
-      if (bared && w.f.density[i] < static_cast<T>(physics::least_filled)) w.f.status->level_bared = 1u;
+      // Without a density where the module sph is switched off.
+      if (bared && w.f.density != nullptr && w.f.density[i] < static_cast<T>(physics::least_filled))
+        w.f.status->level_bared = 1u;
       a += physics::wind_acceleration(winds, v, w.f.acceleration[i] + a, clock.dt);
       Vec3<T> more = a;
       if (liquid) {

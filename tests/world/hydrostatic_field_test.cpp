@@ -175,6 +175,62 @@ TEST(HydrostaticField, WhatLiesOnTheFloorWeighsWhatWaterLeaves) {
   }
 }
 
+// Along any axis; with lighter liquid above, of which less is taken out than it weighs; with the shortest radius there is.
+TEST(HydrostaticField, LeavesLayersAtRestAlongAnyAxis) {
+  MELTSIM_NEEDS_BACKEND();
+  for (const int axis : {0, 1, 2})
+    for (const double radius : {0.0, 1e-60}) {
+      const auto up = [axis](double along, double across) {
+        Vec3d v{across, across, across};
+        (axis == 0 ? v.x : axis == 1 ? v.y : v.z) = along;
+        return v;
+      };
+      WorldDesc d = describe();
+      d.spacing = dx;
+      d.gravity = up(-g, 0);
+      d.domain.bounded = true;
+      d.domain.max = up(3, 0.8);
+      d.heat.model = HeatModel::none;
+      d.max_substeps = 1000;
+      World w = std::move(*World::create(d));
+      MaterialDesc m;
+      m.name = "water";
+      const MaterialId water = *w.add_material(m);
+      m.name = "oil";
+      m.density = 850;
+      const MaterialId oil = *w.add_material(m);
+      FluidDesc f;
+      f.material = water;
+      f.shape = Shape::box({0, 0, 0}, up(1.6, 0.8));
+      require(w.add_fluid(f));
+      f.material = oil;
+      f.shape = Shape::box(up(1.6, 0), up(2.4, 0.8));
+      require(w.add_fluid(f));
+      ForceFieldDesc field = below(0);
+      field.center = up(1.1, 0);
+      field.radius = radius;
+      require(w.add_force_field(field));
+      double fastest = 0;
+      for (int k = 0; k < 20; ++k) {
+        require(w.step(0.01));
+        const StepResult r = w.synchronize();
+        ASSERT_FALSE(r.halted || r.level_bared) << r.halt_reason;
+        fastest = std::max(fastest, r.max_speed);
+      }
+      // Where the weight sets in at once the layer across the level is not in balance at first.
+      EXPECT_LT(fastest, (radius > 0 ? 0.1 : 0.05) * std::sqrt(g * 1.3)) << axis << ' ' << radius;
+    }
+}
+
+TEST(HydrostaticField, ActsWithoutLiquidsForces) {
+  MELTSIM_NEEDS_BACKEND();
+  Tank t = tank(0.8, 0.8, 1.6);
+  require(t.world.add_force_field(below(0.6)));
+  require(t.world.scheduler().enable("sph", false));
+  for (int k = 0; k < 3; ++k) require(t.world.step(1e-3));
+  EXPECT_FALSE(t.world.synchronize().halted);
+}
+
 TEST(HydrostaticField, WhatMeansNothingIsRefused) {
   MELTSIM_NEEDS_BACKEND();
   Tank t = tank(0.8, 0.4, 1);

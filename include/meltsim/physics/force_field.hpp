@@ -30,7 +30,7 @@
 //   V, M    volume and mass of the particle                               m^3, kg
 //
 // Hydrostatic: pressure counted from that of a liquid at rest, as solvers of stratified and free-surface flow do with p - rho g h (Rusche 2002,
-// thesis, Imperial College London, sec. 4.2.5). Where liquid fills all that is below the level, the forces of pi are those of Archimedes on every
+// thesis, Imperial College London). Where liquid fills all that is below the level, the forces of pi are those of Archimedes on every
 // particle, liquid and body alike, so nothing but the level of the pressure changes. What it is for: liquid and bodies resist slow motion with a
 // friction in proportion to that level (isotropic_pressure.hpp), and sound has to be fast for it.
 //
@@ -126,14 +126,6 @@ inline constexpr double least_filled = 0.85;
 template <class T>
 MELTSIM_HD T hydrostatic_share(const ForceField<T>& f, T depth) {
   return clamp(depth / f.radius, T(0), T(1));
-}
-
-/// pi(d) [Pa]: what a pressure lacks that is counted from it.
-template <class T>
-MELTSIM_HD T hydrostatic_pressure(const ForceField<T>& f, T depth, Vec3<T> gravity) {
-  const T d = maximum(depth, T(0));
-  const T reach = d < f.radius ? T(0.5) * d * d / f.radius : d - T(0.5) * f.radius;
-  return f.density * length(gravity) * reach;
 }
 
 /// What the acceleration of a particle by a field depends on beside its place.
