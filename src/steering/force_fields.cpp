@@ -176,9 +176,7 @@ physics::ForceField<double> WorldImpl::field_row(const ForceFieldRecord& r) cons
   row.spin = f.angular_velocity;
   row.strength = f.strength;
   row.radius = f.radius;
-  if (f.kind ==
-      ForceFieldKind::hydrostatic)  // a radius that single precision cannot tell from 0 is divided by
-    row.radius = f.radius > 0 ? std::max(f.radius, 1e-3 * desc.spacing) : core::support_of(desc);
+  if (f.kind == ForceFieldKind::hydrostatic && !(f.radius > 0)) row.radius = core::support_of(desc);
   row.rate = f.rate;
   row.density = f.density;
   row.from = f.from;

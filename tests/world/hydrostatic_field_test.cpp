@@ -175,7 +175,20 @@ TEST(HydrostaticField, WhatLiesOnTheFloorWeighsWhatWaterLeaves) {
   }
 }
 
-// Along any axis; with lighter liquid above, of which less is taken out than it weighs; with the shortest radius there is.
+// Single precision takes such a radius for 0, and a particle right in the level would be 0/0 below it.
+TEST(HydrostaticField, TakesAnyRadius) {
+  MELTSIM_NEEDS_BACKEND();
+  Tank t = tank(2, 0, 4);
+  body(t.world, 500, Motion::rigid, Shape::box({1, 2, 1}, {1 + dx, 2 + dx, 1 + dx}));
+  ForceFieldDesc f = below((*t.world.pieces())[0].center.y);
+  f.radius = 1e-60;
+  require(t.world.add_force_field(f));
+  require(t.world.step(1e-3));
+  EXPECT_FALSE(t.world.synchronize().halted);
+  EXPECT_NEAR((*t.world.pieces())[0].velocity.y, -g * 1e-3, 1e-6);
+}
+
+// Along any axis; with lighter liquid above, of which less is taken out than it weighs; where the weight sets in at once, too.
 TEST(HydrostaticField, LeavesLayersAtRestAlongAnyAxis) {
   MELTSIM_NEEDS_BACKEND();
   for (const int axis : {0, 1, 2})
@@ -225,10 +238,13 @@ TEST(HydrostaticField, LeavesLayersAtRestAlongAnyAxis) {
 TEST(HydrostaticField, ActsWithoutLiquidsForces) {
   MELTSIM_NEEDS_BACKEND();
   Tank t = tank(0.8, 0.8, 1.6);
+  body(t.world, 500, Motion::rigid, Shape::box({0.3, 1.0, 0.3}, {0.5, 1.2, 0.5}));  // or no field acts at all
   require(t.world.add_force_field(below(0.6)));
   require(t.world.scheduler().enable("sph", false));
   for (int k = 0; k < 3; ++k) require(t.world.step(1e-3));
-  EXPECT_FALSE(t.world.synchronize().halted);
+  const StepResult r = t.world.synchronize();
+  EXPECT_FALSE(r.halted);
+  EXPECT_FALSE(r.level_bared);  // no density says so
 }
 
 TEST(HydrostaticField, WhatMeansNothingIsRefused) {
