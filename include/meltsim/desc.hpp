@@ -279,8 +279,8 @@ enum class ForceFieldKind : std::uint8_t {
   drag,     ///< towards the velocity of a wind, at `rate`
   /// Counts pressure below a level from that of a liquid at rest: lifts what is below `center` by the weight of its volume of a liquid of `density`, so that gravity
   /// acts on differences of density alone. For bodies that sink, rise or hover deep in liquid: they move as they should and sound may be slower. All below
-  /// the level has to stay full of liquid and bodies (StepResult::level_bared). Pressures are then without that of rest; forces on bodies
-  /// that can move are with it, on fixed, kinematic and held ones and on walls without.
+  /// the level has to stay full of liquid and bodies (StepResult::level_bared). Pressures and forces are read with that of rest; a stage of the
+  /// host sees pressure terms without it. It acts on every body as if liquid were all round it, also where it stands on a wall.
   hydrostatic
 };
 

@@ -6,6 +6,7 @@
 #include "frame/reading_frame.hpp"
 #include "meltsim/physics/energy.hpp"
 #include "meltsim/physics/immersion.hpp"
+#include "shared/at_rest.hpp"
 #include "spatial/rows.hpp"
 
 namespace meltsim {
@@ -507,7 +508,9 @@ struct PackBody {
     w.p.density[id] = is_solid(tag)
                           ? static_cast<float>(m.density)
                           : static_cast<float>(static_cast<double>(phi) * mass / static_cast<double>(x.w));
-    w.p.pressure[id] = is_solid(tag) ? 0.0F : term * phi * phi;
+    w.p.pressure[id] = is_solid(tag) || w.has_density == 0u
+                           ? 0.0F
+                           : term * phi * phi + static_cast<float>(core::at_rest(w.s, xyz(x)).pressure);
     w.p.piece[id] = is_solid(tag) ? piece_of(id) : 0u;
     if (w.p.color != nullptr) w.p.color[id] = color_of(material_of(tag), w.p.temperature[id]);
   }

@@ -23,6 +23,7 @@ Result<ParticleData> WorldImpl::particles() {
   const auto rows = material_rows();
   core::DerivedState derived;
   if (!dirty_) engine->download(derived);
+  const auto fields = acting_fields();
   ParticleData d;
   const auto with_room = [n = state_.position.size()](auto&... all) { (all.reserve(n), ...); };
   with_room(d.id, d.position, d.velocity, d.mass, d.temperature, d.enthalpy, d.liquid_fraction, d.density,
@@ -47,9 +48,9 @@ Result<ParticleData> WorldImpl::particles() {
     d.liquid_fraction.push_back(both ? physics::liquid_fraction(m, h) : is_solid(tag) ? 0.0 : 1.0);
     const double phi = i < derived.density.size() ? derived.density[i] : 0;
     d.density.push_back(is_solid(tag) ? m.density : phi * state_.mass[i] / state_.volume[i]);
-    d.pressure.push_back(is_solid(tag)                      ? 0
-                         : derived.pressure_term.size() > i ? derived.pressure_term[i] * phi * phi
-                                                            : 0);
+    const bool pressed = is_fluid(tag) && i < derived.pressure_term.size();
+    d.pressure.push_back(
+        pressed ? derived.pressure_term[i] * phi * phi + rest_pressure_at(fields, state_.position[i]) : 0.0);
     d.tag.push_back(tag);
     const std::uint32_t vertex = state_.vertex_of_id[i];
     d.piece.push_back(is_solid(tag) && vertex != none ? state_.vertex_piece[vertex] + 1 : 0u);

@@ -5,6 +5,7 @@
 #include "exec/lane_positions.hpp"
 #include "frame/frame.hpp"
 #include "meltsim/physics/sampling.hpp"
+#include "shared/at_rest.hpp"
 #include "spatial/around.hpp"
 
 namespace meltsim {
@@ -51,9 +52,12 @@ MELTSIM_HD physics::SampledParticle particle_at(const Frame<T>& w, std::uint32_t
     if (asked(SampleField::temperature, SampleField::liquid_fraction, SampleField::temperature))
       h = core::enthalpy_at(w, slot) / mass;
   }
-  return physics::sampled(w.f.materials[material_of(tag)], is_fluid(tag), h, mass,
-                          static_cast<double>(volume), phi, static_cast<double>(term), cast<double>(xyz(v)),
-                          fields);
+  physics::SampledParticle p =
+      physics::sampled(w.f.materials[material_of(tag)], is_fluid(tag), h, mass, static_cast<double>(volume),
+                       phi, static_cast<double>(term), cast<double>(xyz(v)), fields);
+  if (is_fluid(tag) && asked(SampleField::pressure, SampleField::pressure, SampleField::pressure))
+    p.pressure += static_cast<double>(core::at_rest(w, xyz(w.f.position[slot])).pressure);
+  return p;
 }
 
 /// Averages at point i: the share k of what is around it.

@@ -57,7 +57,8 @@ struct WatchedForcesBody {
     const std::uint32_t tag = w.f.tag[i], body = watched_body(w, tag);
     if (body == core::none) return body;
     Vec3<T> pressure = spatial::sum_part<Periodic>(w, core::PressureOnSolid<T>{{w}}, i, 0u, 1u).force;
-    pressure += seeping_on<Periodic>(w, i);
+    const Vec3<T> rest = core::rest_force_on(w, i);
+    pressure += seeping_on<Periodic>(w, i) + rest;
     if (w.f.surface_along != nullptr) pressure += core::tension_on_solid<Periodic>(w, i);
     if (w.f.isotropic_diagonal != nullptr)
       pressure += spatial::sum_part<Periodic>(w, core::IsotropicForce<T>{w}, i, 0u, 1u).force;
@@ -65,7 +66,8 @@ struct WatchedForcesBody {
     const T mass = w.f.mass[i];
     Vec3<T> all;
     if ((tag & tag_fixed) == 0u && w.f.acceleration != nullptr)
-      all = (w.f.acceleration[i] - w.f.clock->gravity) * mass;
+      all = (w.f.acceleration[i] - w.f.clock->gravity) * mass +
+            ((tag & tag_kinematic) != 0u ? rest : Vec3<T>{});
     else all = liquid_force_on<Periodic>(w, i) + contact;
     if (!finite(all) || !finite(pressure)) return core::none;  // step.integrate reports it
     const Vec3<double> arm =

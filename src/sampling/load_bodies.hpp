@@ -57,11 +57,12 @@ MELTSIM_HD Vec3<T> seeping_on(const Frame<T>& w, std::uint64_t i) {
   return force;
 }
 
-/// The liquid's force on solid particle i: sph.reaction, what seeps into gaps, and surface tension where a liquid has it.
+/// The liquid's force on solid particle i: sph.reaction, what seeps into gaps, what hydrostatic fields take out, and surface
+/// tension where a liquid has it.
 template <bool Periodic, class T>
 MELTSIM_HD Vec3<T> liquid_force_on(const Frame<T>& w, std::uint64_t i) {
   Vec3<T> force = spatial::sum_part<Periodic>(w, core::LiquidOnSolid<T>{w}, i, 0u, 1u).force;
-  force += seeping_on<Periodic>(w, i);
+  force += seeping_on<Periodic>(w, i) + core::rest_force_on(w, i);
   if (w.f.surface_along != nullptr) force += core::tension_on_solid<Periodic>(w, i);
   if (w.f.isotropic_diagonal != nullptr)
     force += spatial::sum_part<Periodic>(w, core::IsotropicForce<T>{w}, i, 0u, 1u).force;
@@ -142,7 +143,7 @@ struct ContactOnBodyBody {
 };
 
 /// The liquid's force on a wall: the negatives of what the wall's images, its push at a floor, its traction and its hold give
-/// liquid and bodies beside it.
+/// liquid and bodies beside it, and what hydrostatic fields take out over its area.
 template <class T, bool Periodic>
 struct LiquidOnWallBody {
   Frame<T> w;
@@ -172,6 +173,8 @@ struct LiquidOnWallBody {
         force +=
             n * dot(n, physics::floor_push(w.c.walls, w.c.kernel, walls, core::pull_at(w, i))) * w.f.mass[i];
     }
+    force += n * (core::at_rest(w, on_face(w, x, r.face)).pressure * w.f.position[i].w *
+                  physics::wall_area(w.c.wall_exchange, distance));
     if (liquid) force += n * maximum(dot(n, hold_force(w, i, tag)), T(0));
     if (liquid && w.c.no_slip != 0u)
       force += physics::wall_viscous_force(

@@ -645,9 +645,9 @@ void WorldImpl::start_at_rest() {
 /// Compresses liquid as its weight does. Before the first step, at the speed of sound of the scene.
 void WorldImpl::press_liquid() {
   if (!desc.hydrostatic_start || steps != 0 || pressed_ || !(length(desc.gravity) > 0)) return;
-  std::vector<physics::ForceField<double>> fields;
-  for (const ForceFieldRecord& r : force_fields_)
-    if (r.used && r.desc.liquid && time >= r.desc.from && time < r.desc.until) fields.push_back(field_row(r));
+  std::vector<physics::ForceField<double>> fields = acting_fields();
+  fields.erase(std::remove_if(fields.begin(), fields.end(), [](const auto& f) { return f.liquid == 0u; }),
+               fields.end());
   const core::HostLoops shared = loops();
   Columns columns(state_, desc, origin_, sound_speed_, std::move(fields), fills_, shared);
   laid_out_axis_ = columns.axis();

@@ -3,6 +3,7 @@
 // underside, sums over rims.
 #pragma once
 
+#include "shared/at_rest.hpp"
 #include "shared/pair_forces.hpp"
 
 namespace meltsim {
@@ -11,23 +12,6 @@ namespace sph {
 
 using core::Frame;
 
-/// Density of the liquid whose weight hydrostatic fields take out at a place [kg/m^3].
-template <class T>
-MELTSIM_HD T taken_out(const Frame<T>& w, Vec3<T> x) {
-  if (w.f.force_fields == nullptr) return T(0);
-  const core::Clock<T>& clock = *w.f.clock;
-  T density = 0;
-  for (std::uint32_t k = 0; k < w.f.force_fields->count; ++k) {
-    const physics::ForceField<T>& field = w.f.force_fields->row[k];
-    if (field.on == 0u || field.kind != physics::ForceKind::hydrostatic) continue;
-    if (!(clock.time >= field.from && clock.time < field.until)) continue;
-    if (!physics::in_force_region(field, spatial::separation(w.grid, x, field.center))) continue;
-    const Vec3<T> from = spatial::separation(w.grid, x, field.about);
-    density += field.density * physics::hydrostatic_share(field, physics::depth_below(from, clock.gravity));
-  }
-  return density;
-}
-
 /// What liquid j tells a particle of a body.
 template <class T>
 struct LiquidBeside {
@@ -35,7 +19,7 @@ struct LiquidBeside {
   T level{};     ///< the same, taken to the height of the particle [Pa]
   T density{};   ///< as far as it weighs: less what hydrostatic fields take out [kg/m^3]
 };
-/// taken: taken_out() where the particle is.
+/// taken: density of core::at_rest() where the particle is.
 template <class T>
 MELTSIM_HD LiquidBeside<T> liquid_beside(const Frame<T>& w, std::uint32_t j, std::uint32_t tag, T tau,
                                          const Vec3<T>& x_kj, T taken) {
@@ -66,7 +50,7 @@ struct SeepBody {
     const Vec4<T> xk = w.f.position[k];
     const auto walls = physics::wall_view(w.c.walls, xyz(xk));
     if (walls.axes == 0u) return s;
-    const T tau = -w.f.velocity[k].w, taken = taken_out(w, xyz(xk));
+    const T tau = -w.f.velocity[k].w, taken = core::at_rest(w, xyz(xk)).density;
     spatial::sweep_part<Periodic>(
         w, k, share, parts, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>& x_kj, T r2) {
           s.add(w.c.kernel, walls, neighbour(j, tau, x_kj, taken), xk.w * xj.w, x_kj, r2);
@@ -140,7 +124,7 @@ struct GapBody {
     if (!core::asks_of_gap(w.f.tag[k])) return s;
     const Vec4<T> xk = w.f.position[k];
     const auto walls = physics::wall_view(w.c.walls, xyz(xk));
-    const T tau = -w.f.velocity[k].w, taken = taken_out(w, xyz(xk));
+    const T tau = -w.f.velocity[k].w, taken = core::at_rest(w, xyz(xk)).density;
     const std::uint32_t piece = w.f.piece[k];
     spatial::sweep_part<Periodic>(
         w, k, share, parts, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>& x_kj, T r2) {

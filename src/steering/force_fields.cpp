@@ -191,6 +191,31 @@ std::uint32_t WorldImpl::field_rows() const {
   return n;
 }
 
+/// Those that act now.
+std::vector<physics::ForceField<double>> WorldImpl::acting_fields() const {
+  std::vector<physics::ForceField<double>> fields;
+  for (const ForceFieldRecord& r : force_fields_)
+    if (r.used && time >= r.desc.from && time < r.desc.until) fields.push_back(field_row(r));
+  return fields;
+}
+
+/// Pressure at rest that hydrostatic fields take out of liquid at a stored position [Pa]: core::at_rest().
+double WorldImpl::rest_pressure_at(const std::vector<physics::ForceField<double>>& fields, Vec3d x) const {
+  const Vec3d size = desc.domain.max - desc.domain.min;
+  const auto across = [&](Vec3d d) {  // from the nearest image
+    if (core::is_periodic(desc.domain, 0)) d.x = std::remainder(d.x, size.x);
+    if (core::is_periodic(desc.domain, 1)) d.y = std::remainder(d.y, size.y);
+    if (core::is_periodic(desc.domain, 2)) d.z = std::remainder(d.z, size.z);
+    return d;
+  };
+  double pressure = 0;
+  for (const physics::ForceField<double>& f : fields)
+    if (f.kind == physics::ForceKind::hydrostatic && physics::in_force_region(f, across(x - f.center)))
+      pressure +=
+          physics::rest_pressure(f, physics::depth_below(across(x - f.about), desc.gravity), desc.gravity);
+  return pressure;
+}
+
 /// After a field has changed: to the engine, and what follows from it.
 void WorldImpl::field_changed(std::uint32_t row) {
   if (steps == 0) {

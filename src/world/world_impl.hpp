@@ -369,6 +369,8 @@ class WorldImpl final : public Scheduler {
   FieldReach reach_of_fields() const;
   physics::ForceField<double> field_row(const ForceFieldRecord& r) const;
   std::uint32_t field_rows() const;
+  std::vector<physics::ForceField<double>> acting_fields() const;
+  double rest_pressure_at(const std::vector<physics::ForceField<double>>& fields, Vec3d x) const;
   void field_changed(std::uint32_t row);
   static Status no_such_field(const char* call, ForceFieldId id);
   HeatRegionRecord* region_of(HeatRegionId id);

@@ -128,6 +128,13 @@ MELTSIM_HD T hydrostatic_share(const ForceField<T>& f, T depth) {
   return clamp(depth / f.radius, T(0), T(1));
 }
 
+/// pi(d) [Pa].
+template <class T>
+MELTSIM_HD T rest_pressure(const ForceField<T>& f, T depth, Vec3<T> gravity) {
+  const T share = hydrostatic_share(f, depth);
+  return f.density * length(gravity) * share * (depth - T(0.5) * f.radius * share);
+}
+
 /// What the acceleration of a particle by a field depends on beside its place.
 template <class T>
 struct Weighed {
