@@ -165,6 +165,7 @@ TEST(Seepage, LightBodiesRiseFromOtherBodies) {
   MELTSIM_NEEDS_BACKEND();
   for (const Below& under : below)
     for (const auto& [density, motion] : {std::pair{500.0, Motion::rigid}, std::pair{850.0, Motion::free}}) {
+      if ((motion == Motion::rigid) == (under.edge == 8)) continue;  // each with wide and narrow, held and free: half of the pairs
       BodyId cube;
       World w = make_stacked(under, density, motion, cube);
       const double start = height_of(w, cube);
@@ -184,6 +185,7 @@ TEST(Seepage, HeavyBodiesOnOthersLoseTheWeightOfTheWaterTheyDisplace) {
   MELTSIM_NEEDS_BACKEND();
   for (const Below& under : below)
     for (const Motion motion : {Motion::free, Motion::rigid}) {
+      if ((motion == Motion::rigid) != (under.edge == 8)) continue;  // the other half of the pairs
       BodyId cube;
       World w = make_stacked(under, 2500, motion, cube);
       require(w.watch_forces(cube));
