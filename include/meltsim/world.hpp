@@ -327,7 +327,7 @@ class MELTSIM_API World {
   /// channels that differ; particles stay on the device. Otherwise it waits only if the device is more than about half
   /// a second of work behind (never while the host captures the stream).
   /// Sub-steps are shorter where a kinematic body moves faster than courant H in one of them.
-  /// Errors: invalid_argument (dt negative, not finite, or above 0 and below 1e-30 s; a motion, see set_motion), step_too_large, halted,
+  /// Errors: invalid_argument (dt negative, not finite, above 0 and below 1e-30 s, or too short to move the clock; a motion, see set_motion), step_too_large, halted,
   /// interrupted, and those of prepare().
   Status step(double dt);
 

@@ -382,6 +382,9 @@ Status WorldImpl::check_step(double dt) const {
   if (dt < shortest_step)
     return invalid("step: dt: must be 0 or at least ", shortest_step, " s, got ", dt,
                    "; single precision cannot tell it from 0");
+  if (!(time + dt > time))
+    return invalid("step: dt: ", dt, " s does not move the clock, which is at ", time,
+                   " s and goes by 2e-16 of that; restore() or load_saved() a state from earlier");
   if (halted_) return halted_error();
   return {};
 }
