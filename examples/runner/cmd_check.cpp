@@ -12,6 +12,7 @@
 #include "check_paths.hpp"
 #include "check_units.hpp"
 #include "commands.hpp"
+#include "deep_bodies.hpp"
 #include "expect.hpp"
 #include "explicit_heat.hpp"
 #include "heat_balance.hpp"
@@ -60,6 +61,7 @@ class Check {
         verbose_(verbose) {
     for (const std::string& warning : scene.warnings) warn(warning);
     for (const std::string& warning : missing_mass(scene, built)) warn(warning);
+    for (const std::string& warning : deep_bodies(scene)) warn(warning);
     if (now_.solid > 0)
       for (const std::string& warning : softer_than_asked(built)) warn(warning);
   }

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "deep_bodies.hpp"
 #include "expect.hpp"
 #include "failure.hpp"
 #include "files.hpp"
@@ -85,6 +86,7 @@ void Run::resolve_dt() {
 
 void Run::begin() {
   for (const std::string& warning : missing_mass(scene_, built_)) log_.warn(warning);
+  for (const std::string& warning : deep_bodies(scene_)) log_.warn(warning);
   recorder_.emplace(scene_, directory_, built_, frames_until(planned_end()), nullptr, wants_still(),
                     options_.page);
   state_.meltable = built_.meltable;

@@ -10,6 +10,7 @@
 
 #include "build_world.hpp"
 #include "check_paths.hpp"
+#include "deep_bodies.hpp"
 #include "explicit_heat.hpp"
 #include "failure.hpp"
 #include "load_scene.hpp"
@@ -207,6 +208,49 @@ TEST(MissingMass, IsThatOfLiquidsToo) {
   std::smatch match;
   ASSERT_TRUE(std::regex_search(warnings[0], match, advised)) << warnings[0];
   EXPECT_EQ(missing_at({ice, flat, "particles.spacing=" + match[1].str()}), std::vector<std::string>{});
+}
+
+constexpr const char* well = R"(meltsim: 1
+domain: {min: [0,0,0], max: [1.6,3.4,1.6]}
+particles: {spacing: 0.1}
+time: {end: 1}
+materials:
+  water: {density: 1000}
+  ice: {density: 917}
+fluids:
+  - {shape: {box: [[0,0,0],[1.6,2.8,1.6]]}, material: water}
+bodies:
+  - {name: ball, material: ice, shape: {sphere: {center: [0.8,0.6,0.8], radius: 0.3}}}
+output: {export: []}
+)";
+
+// Depths, densities and motions on both sides of what is warned of; along another axis; and what is advised ends it.
+TEST(DeepBodies, AreNamedWithTheFieldThatCuresThem) {
+  const auto at = [](const std::vector<std::string>& set) {
+    return deep_bodies(parse_scene(well, "well.yaml", "", set));
+  };
+  const std::string field = "force_fields=[{kind: hydrostatic, center: [0.8, 2.3, 0.8], density: 1000}]";
+  const std::vector<std::string> warnings = at({});
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_EQ(
+      warnings[0],
+      "well.yaml:11:5: bodies[0]: \"ball\", of 0.917 times the density of the liquid, lies 19 spacings "
+      "deep: the pressure there holds it back, by a quarter or more of its way. Where all below a level "
+      "stays full of liquid, this cures it: force_fields: [{kind: hydrostatic, center: [0.8, 2.3, 0.8], "
+      "density: 1000}]");
+  for (const char* usual :
+       {"materials.ice.density=500", "materials.ice.density=1300", "bodies[0].motion=fixed",
+        "bodies[0].shape.sphere.center=[0.8,1.5,0.8]", "solver.gravity=[0,0,0]",
+        "bodies[0].shape.sphere.center=[0.8,3,0.8]", field.c_str()})
+    EXPECT_EQ(at({usual}), std::vector<std::string>{}) << usual;
+  const std::vector<std::string> turned =
+      at({"solver.gravity=[9.81,0,0]", "domain.max=[3.4,1.6,1.6]", "materials.ice.density=1100",
+          "fluids[0].shape.box=[[0.6,0,0],[3.4,1.6,1.6]]", "bodies[0].shape.sphere.center=[2.8,0.8,0.8]"});
+  ASSERT_EQ(turned.size(), 1u);
+  EXPECT_NE(turned[0].find("of 1.1 times the density of the liquid, lies 19 spacings deep"),
+            std::string::npos)
+      << turned[0];
+  EXPECT_NE(turned[0].find("center: [1.1, 0.8, 0.8]"), std::string::npos) << turned[0];
 }
 
 TEST(ExplicitHeat, IsWarnedOfBeyondItsStableStep) {
