@@ -46,7 +46,7 @@ std::string packed_part(const std::string& data, std::size_t from, int level) {
 
 }  // namespace
 
-std::string deflated(const std::string& data, int level) {
+std::string deflated(const std::string& data, int level, int threads) {
   const std::size_t count = std::max<std::size_t>(1, (data.size() + part_size - 1) / part_size);
   std::vector<std::string> parts(count);
   std::atomic<std::size_t> next{0};
@@ -60,9 +60,10 @@ std::string deflated(const std::string& data, int level) {
     }
   };
   std::vector<std::thread> helpers;
-  const std::size_t threads = std::min<std::size_t>(count, std::max(1u, std::thread::hardware_concurrency()));
+  const unsigned most =
+      threads > 0 ? static_cast<unsigned>(threads) : std::max(1u, std::thread::hardware_concurrency());
   try {
-    while (helpers.size() + 1 < threads) helpers.emplace_back(work);
+    while (helpers.size() + 1 < std::min<std::size_t>(count, most)) helpers.emplace_back(work);
   } catch (const std::system_error&) {  // as many as the machine grants
   }
   work();

@@ -114,7 +114,7 @@ void Replay::thin() {
   }
 }
 
-void Replay::save(const std::string& path) const {
+void Replay::save(const std::string& path, int threads) const {
   std::string data;
   for (const ReplayFrame& frame : frames_) {
     append(data, frame.time);
@@ -127,7 +127,7 @@ void Replay::save(const std::string& path) const {
   append(file, every_);
   append(file, share_);
   append(file, static_cast<std::uint64_t>(data.size()));
-  write_file(path, file + deflated(data, 1));
+  write_file(path, file + deflated(data, 1, threads));
 }
 
 bool Replay::load(const std::string& path, double time) {
@@ -150,7 +150,7 @@ bool Replay::load(const std::string& path, double time) {
     frame.particles.resize(count);
     if (count > 0) std::memcpy(frame.particles.data(), data.data() + at, count * sizeof(ReplayParticle));
     at += count * sizeof(ReplayParticle);
-    if (frame.time <= time + 1e-9) frames.push_back(std::move(frame));
+    if (frame.time <= time * (1 + 1e-12)) frames.push_back(std::move(frame));
   }
   frames_ = std::move(frames);
   every_ = every;

@@ -45,7 +45,7 @@ class Replay {
 
   /// For a run that is interrupted. `load` drops frames later than `time` and leaves an empty replay when
   /// there is nothing that can be read: a page with a gap is better than a run that does not resume.
-  void save(const std::string& path) const;
+  void save(const std::string& path, int threads) const;
   bool load(const std::string& path, double time);
 
  private:

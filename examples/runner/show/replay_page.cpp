@@ -202,7 +202,8 @@ void append_frame(std::string& bytes, const std::vector<Packed>& now, const std:
   for (std::size_t i = 0; i < now.size(); ++i) byte(static_cast<unsigned>(now[i].material ^ old[i].material));
 }
 
-std::string frames_text(const std::vector<ReplayFrame>& frames, const Scale& scale, const Palette& palette) {
+std::string frames_text(const std::vector<ReplayFrame>& frames, const Scale& scale, const Palette& palette,
+                        int threads) {
   std::string bytes;
   std::vector<Packed> before;
   for (const ReplayFrame& frame : frames) {
@@ -212,7 +213,7 @@ std::string frames_text(const std::vector<ReplayFrame>& frames, const Scale& sca
     append_frame(bytes, now, before);
     before = std::move(now);
   }
-  return base64(deflated(bytes, 6));
+  return base64(deflated(bytes, 6, threads));
 }
 
 /// Every second frame, and the last one.
@@ -302,10 +303,10 @@ std::string replay_page(const ReplayPage& page, const std::vector<ReplayFrame>& 
   if (frames.empty()) frames.emplace_back();
   const Scale scale = scale_of(page, frames);
   const Palette palette(page, frames);
-  std::string text = frames_text(frames, scale, palette);
+  std::string text = frames_text(frames, scale, palette, page.threads);
   while (text.size() > most_bytes && frames.size() > 2) {
     frames = half_of(frames);
-    text = frames_text(frames, scale, palette);
+    text = frames_text(frames, scale, palette, page.threads);
   }
   Json meta;
   meta["title"] = page.title;

@@ -20,6 +20,7 @@ struct ReplayPage {
   std::vector<std::uint32_t> species;
   std::string stats;        ///< text of stats.csv, for the plots
   std::uint64_t share = 1;  ///< one particle in so many is shown
+  int threads = 0;          ///< that pack it, at most; 0: all
 };
 
 /// The whole page, below 10 MB: frames are left out until it is, which the page then says.

@@ -50,7 +50,7 @@ void RunPictures::frame(std::uint64_t index, double time, const meltsim::Particl
   if (replay_.wants(index)) replay_.add(index, time, particles);
 }
 
-void RunPictures::save() const { replay_.save(directory_.file("replay.bin")); }
+void RunPictures::save() const { replay_.save(directory_.file("replay.bin"), scene_.world.threads); }
 
 void RunPictures::finish(meltsim::World& world, const RunState& state, bool page, bool still) {
   if (drawing_.valid()) drawing_.get();
@@ -59,7 +59,7 @@ void RunPictures::finish(meltsim::World& world, const RunState& state, bool page
   all.particles = true;
   const meltsim::ParticleFrame particles = expect(world.take(expect(world.request(all)))).particles;
   std::vector<ReplayFrame> frames = replay_.frames();
-  if (frames.empty() || frames.back().time < state.time - 1e-9) {
+  if (frames.empty() || state.time - frames.back().time > 1e-6 / scene_.time.fps) {
     frames.push_back(replay_.picked(state.next_frame, state.time, particles));
   }
   const Box seen = view_box(scene_, box_of(frames));
@@ -79,6 +79,7 @@ void RunPictures::write_page(std::vector<ReplayFrame> frames, const Box& seen, c
   page.species = shown_species(scene_);
   page.stats = read_file(directory_.file("stats.csv"));
   page.share = replay_.share();
+  page.threads = scene_.world.threads;
   const auto hidden = [this](const ReplayParticle& p) {
     const std::uint32_t body = p.look & 127u;  // bodies from the 127th on share a number, and stay
     return (p.look & 128u) != 0 && body < 127 && is_hidden(scene_.output.body_visible, body);
