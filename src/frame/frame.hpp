@@ -198,6 +198,11 @@ struct Clock : StageClock {
   physics::SurfaceCondition<T> wall_heat[6];  ///< per face
   std::uint32_t heated_walls = 0;             ///< bit per face: its heat is not insulated
   physics::SurfaceCondition<T> free_surface;  ///< of liquids
+  /// Whether what begins at one time and ends before another acts in this sub-step: by its middle, since sub-steps begin and end with it.
+  MELTSIM_HD bool within(double from, double until) const {
+    const double middle = this->time + 0.5 * (end - this->time);
+    return middle >= from && middle < until;
+  }
 };
 
 /// The double-buffered channels (owner particle or particle_species, lifetime State): the copy that holds the last good state.

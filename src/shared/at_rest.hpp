@@ -24,7 +24,7 @@ MELTSIM_HD AtRest<T> at_rest(const Frame<T>& w, Vec3<T> x) {
   for (std::uint32_t k = 0; k < w.f.force_fields->count; ++k) {
     const physics::ForceField<T>& field = w.f.force_fields->row[k];
     if (field.on == 0u || field.kind != physics::ForceKind::hydrostatic) continue;
-    if (!(clock.time >= field.from && clock.time < field.until)) continue;
+    if (!clock.within(field.from, field.until)) continue;
     if (!physics::in_force_region(field, spatial::separation(w.grid, x, field.center))) continue;
     const T depth = physics::depth_below(spatial::separation(w.grid, x, field.about), clock.gravity);
     rest.density += field.density * physics::hydrostatic_share(field, depth);

@@ -325,7 +325,7 @@ struct FieldsBody {
       for (std::uint32_t k = 0; k < count; ++k) {
         const physics::ForceField<T>& field = w.f.force_fields->row[k];
         if (field.on == 0u || (liquid ? field.liquid : field.bodies) == 0u) continue;
-        if (!(clock.time >= field.from && clock.time < field.until)) continue;
+        if (!clock.within(field.from, field.until)) continue;
         if (!physics::in_force_region(field, spatial::separation(w.grid, x, field.center))) continue;
         const Vec3<T> from = spatial::separation(w.grid, x, field.about);
         a += physics::force_field_acceleration(field, from, weighed);

@@ -309,8 +309,7 @@ struct BoundaryBody {
     }
     for (std::uint32_t r = 0; r < w.c.heat_regions; ++r) {
       const core::HeatRegionRow<T>& region = w.f.heat_regions[r];
-      const double now = w.f.clock->time;
-      if (now < region.from || now >= region.until || !inside(region, xyz(x))) continue;
+      if (!w.f.clock->within(region.from, region.until) || !inside(region, xyz(x))) continue;
       b.source += region.source * x.w;
       if (region.held == 0u) continue;
       b.held = 1u;

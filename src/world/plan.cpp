@@ -48,6 +48,21 @@ double WorldImpl::next_region() const {
   return next;
 }
 
+/// The first time between two when a heat region or a force field begins or ends, which sub-steps then do, too; `end` where none does. What
+/// is as near to either as rounding takes times is there already.
+double WorldImpl::next_switch(double begin, double end) const {
+  const double slack = 1e-9 * (end - begin);
+  double next = end;
+  const auto see = [&](double time) {
+    if (time > begin + slack && time < end - slack) next = std::min(next, time);
+  };
+  for (const HeatRegionRecord& r : heat_regions_)
+    if (r.desc.until > r.desc.from) see(r.desc.from), see(r.desc.until);
+  for (const ForceFieldRecord& r : force_fields_)
+    if (r.used) see(r.desc.from), see(r.desc.until);
+  return next;
+}
+
 bool WorldImpl::is_disabled(const std::string& module) const {
   return std::find(disabled_modules_.begin(), disabled_modules_.end(), module) != disabled_modules_.end();
 }

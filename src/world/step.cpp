@@ -43,6 +43,15 @@ double WorldImpl::stable_dt(double speed) const {
                    desc.courant * support / speed});
 }
 
+/// Most stages of a super-step of heat for tau lambda. Where something melts or freezes they are few, as far as heat.max_supersteps allows.
+int WorldImpl::most_heat_stages(double reach) const {
+  const int given = physics::most_stages(desc.heat.max_stages, changes_phase_);
+  if (!changes_phase_ || given <= physics::phase_stages) return given;
+  const double each = reach / desc.heat.max_supersteps;
+  if (!(each < physics::stage_reach(given))) return given;
+  return std::max(physics::phase_stages, physics::stage_count(each, true));
+}
+
 void WorldImpl::heat_plan(double dt, int& stages, int& supersteps, double& heat_dt, double& bound) const {
   const double tau = dt * desc.heat.time_scale;
   stages = supersteps = 0;
@@ -52,7 +61,7 @@ void WorldImpl::heat_plan(double dt, int& stages, int& supersteps, double& heat_
   stages = supersteps = 1;
   if ((facts_ & core::fact_heat_enthalpy) == 0) return;
   const double reach = tau * heat_lambda_;
-  const int most = physics::most_stages(desc.heat.max_stages, changes_phase_);
+  const int most = most_heat_stages(reach);
   constexpr double countable = 1e12;  // stages for more are beyond an integer
   const bool one = reach <= countable && physics::stage_count(reach, changes_phase_) <= most;
   // check_heat_work() refuses more than there may be.
@@ -227,7 +236,7 @@ bool WorldImpl::has_room_for(std::uint64_t more) const {
 Status WorldImpl::check_heat_work(double dt, double supersteps) const {
   if (supersteps <= desc.heat.max_supersteps) return {};
   const double tau = dt * desc.heat.time_scale;
-  const int most = physics::most_stages(desc.heat.max_stages, changes_phase_);
+  const int most = most_heat_stages(tau * heat_lambda_);
   const double needed = std::ceil(tau * heat_lambda_ / physics::stage_reach(most));
   return Error{
       ErrorCode::step_too_large,
@@ -428,6 +437,7 @@ class WorldImpl::OngoingStep {
   void report(TimedStep& done) const;
 
  private:
+  Status check_parts() const;
   Status take_part();
   bool take_substep(int k);
   void plan_heat(int k);
@@ -442,17 +452,32 @@ class WorldImpl::OngoingStep {
   // The part that is being taken.
   core::SubstepArguments a_;
   StepPart part_;
-  double from_ = 0, rest_ = 0;  ///< where it began; from there to the end of the step [s]
-  int before_ = 0;              ///< sub-steps of other parts
-  int unheated_ = 0;            ///< sub-steps since the last with heat
-  std::string thrown_;          ///< what a stage of the host threw
-  bool heats_ = false;          ///< the sub-step does
+  double from_ = 0, end_ = 0,
+         rest_ = 0;     ///< where it began; where it ends, and how long it is, if nothing breaks it off [s]
+  int before_ = 0;      ///< sub-steps of other parts
+  int unheated_ = 0;    ///< sub-steps since the last with heat
+  std::string thrown_;  ///< what a stage of the host threw
+  bool heats_ = false;  ///< the sub-step does
 };
+
+/// A step that is refused is refused as a whole: whether heat takes too long in any of its parts.
+Status WorldImpl::OngoingStep::check_parts() const {
+  const double end = start_ + dt_;
+  for (double from = start_, until = 0; from < end; from = until) {
+    until = w_.next_switch(from, end);
+    core::SubstepArguments a;
+    StepPart part;
+    if (from == start_ && until == end) return {};
+    if (Status s = w_.plan_part(until - from, a, part); !s) return s;
+  }
+  return {};
+}
 
 Status WorldImpl::OngoingStep::take_part() {
   before_ = taken_;
   from_ = before_ == 0 ? start_ : w_.time;
-  rest_ = before_ == 0 ? dt_ : start_ + dt_ - from_;
+  end_ = w_.next_switch(from_, start_ + dt_);
+  rest_ = before_ == 0 && end_ == start_ + dt_ ? dt_ : end_ - from_;
   a_ = {};
   part_ = {};
   unheated_ = 0;
@@ -461,6 +486,7 @@ Status WorldImpl::OngoingStep::take_part() {
   if (w_.follows_sound()) w_.plan_sound(rest_);
   Status fits = w_.plan_part(rest_, a_, part_);
   if (!fits && w_.at_full_sound()) fits = w_.plan_part(rest_, a_, part_);
+  if (fits && before_ == 0) fits = check_parts();
   refused_ = !fits && before_ == 0;
   if (refused_) {
     const double work = w_.sound_.work;  // was taken from the device
@@ -479,9 +505,10 @@ Status WorldImpl::OngoingStep::take_part() {
     if (!take_substep(k)) return broken_off();
   }
   w_.heat_owed_ += a_.dt * unheated_;
-  simulated_ = k == n ? dt_ : (from_ - start_) + rest_ * k / n;
+  const bool whole = k == n && end_ == start_ + dt_;
+  simulated_ = whole ? dt_ : k == n ? end_ - start_ : (from_ - start_) + rest_ * k / n;
   if (w_.follows_sound() && k == last && w_.steps % physics::sound_interval == 0) w_.look_at_sound();
-  goes_on_ = k == last && k < n;
+  goes_on_ = k == last && !whole;
   return {};
 }
 
@@ -489,7 +516,7 @@ Status WorldImpl::OngoingStep::take_part() {
 bool WorldImpl::OngoingStep::take_substep(int k) {
   const int n = part_.substeps;
   a_.time = from_ + rest_ * k / n;
-  a_.end = k + 1 == n ? start_ + dt_ : from_ + rest_ * (k + 1) / n;
+  a_.end = k + 1 == n ? end_ : from_ + rest_ * (k + 1) / n;
   a_.index = w_.steps + 1;
   w_.begin_motions(a_, taken_ == 0);
   plan_heat(k);

@@ -503,6 +503,7 @@ class WorldImpl final : public Scheduler {
   void set_releases(const std::vector<BodyRelease>& all);
   std::string reason_of_change(const core::StageInfo& info) const;
   double next_region() const;
+  double next_switch(double begin, double end) const;
   bool emits(const EmitterRecord& e) const;
   bool used(std::size_t material) const {
     return liquid_used_[material] != 0u || solid_used_[material] != 0u;
@@ -641,6 +642,7 @@ class WorldImpl final : public Scheduler {
   Ledger ledger_of(const core::StateReading& s, const StepResult& r, const Moment& at) const;
   std::vector<PieceInfo> pieces_of(const core::StateReading& s, Vec3d origin) const;
   double heat_efficiency(double dt) const;
+  int most_heat_stages(double reach) const;
   void heat_plan(double dt, int& stages, int& supersteps, double& heat_dt, double& bound) const;
   std::uint64_t stage_bits(std::uint64_t index, bool heat) const;
   int heat_interval(double substep) const;

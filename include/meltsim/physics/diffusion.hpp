@@ -95,6 +95,11 @@ inline int stage_count(double tau_lambda, bool first_order) {
   return s < 5 ? 5 : s | 1;
 }
 
+/// Stages of a super-step of first order beyond which potentials leave the range of those around where matter melts or freezes: the enthalpy of
+/// one that is between two phases is no linear function of its potential, as the method takes it to be. Ice under a wall of 60 degrees read
+/// 98 with 12 stages, 47.6 with 8, 47.2 with 2.
+inline constexpr int phase_stages = 8;
+
 /// Largest number of stages that stage_count returns up to a given limit >= 2.
 inline int most_stages(int given, bool first_order) {
   return given == 2 || (given % 2 == 0) == first_order ? given : given == 3 && first_order ? 2 : given - 1;
