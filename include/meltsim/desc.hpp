@@ -25,7 +25,7 @@ enum class Face {
 /// Like all heat, it runs HeatDesc::time_scale times faster than motion.
 struct SurfaceHeatDesc {
   std::optional<double> temperature;  ///< holds the surface at this [degrees Celsius]; alone
-  double flux = 0;                    ///< into the material [W/m^2]
+  double flux = 0;                    ///< into the surface [W/m^2]
   double convection = 0;              ///< heat transfer coefficient h towards `ambient` [W/(m^2 K)], >= 0
   double emissivity = 0;              ///< of radiation towards surroundings at `ambient`, 0..1
   double ambient = 20;                ///< temperature of the surroundings [degrees Celsius]
@@ -83,7 +83,9 @@ struct HeatDesc {
   /// end no heat is owed. 0: up to physics::most_shared_substeps, as far as two stages are enough for them.
   /// Each sub-step has its own while a probe of heat is there.
   int interval = 1;
-  int max_stages = 64;  ///< Runge-Kutta-Legendre stages per super-step of heat, 2..1024
+  /// Runge-Kutta-Legendre stages per super-step of heat, 2..1024. Where something melts or freezes no more than 8 (physics::phase_stages) are
+  /// taken, unless max_supersteps asks for more.
+  int max_stages = 64;
   /// Most super-steps of heat in a sub-step of motion, 1..1000000; a step that needs more is refused. Each super-step takes
   /// max_stages sweeps over all neighbours (Resolved::heat_sweeps), and a sub-step cannot be interrupted.
   int max_supersteps = 64;
@@ -267,7 +269,7 @@ struct HeatRegionDesc {
   Shape shape;                        ///< the volume [m]
   std::optional<double> temperature;  ///< holds particles inside at this [degrees Celsius]; excludes source
   double source = 0;                  ///< heat released [W/m^3]; negative cools
-  double from = 0;                    ///< begins to act [s]
+  double from = 0;                    ///< begins to act [s]; sub-steps begin and end then, too
   double until = infinity;            ///< ceases to act [s]
 };
 
@@ -311,8 +313,8 @@ struct ForceFieldDesc {
   bool liquid = true;  ///< acts on liquid
   bool bodies = true;  ///< acts on bodies that can move
   double density = 0;  ///< of the liquid whose pressure at rest a hydrostatic field takes out [kg/m^3]
-  double from = 0;     ///< acts in sub-steps that begin at this time or later [s]
-  double until = infinity;  ///< and before this one [s]
+  double from = 0;     ///< begins to act [s]; sub-steps begin and end then, too
+  double until = infinity;  ///< ceases to act [s]
 };
 
 /// A nozzle that emits liquid at a steady speed v, a mass of rho A v per second; its opening A is a disc or a rectangle, such

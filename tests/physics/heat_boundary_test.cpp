@@ -27,9 +27,47 @@ TEST(SurfaceHeat, HeldSurfaceConductsOverTheDepth) {
 TEST(SurfaceHeat, FilmAndDepthAreInSeries) {
   const auto r = surface_heat(exchange(7, 40, 0, -10), 0.25, 0.05, 2.0, 20.0);
   EXPECT_DOUBLE_EQ(r.conductance, 0.25 / (1 / 40.0 + 0.05 / 2.0));  // 40 and 40 in series: 20
-  EXPECT_NEAR(r.rate, 0.25 * 7 - 0.25 * 20 * 30, 1e-12);
-  EXPECT_EQ(surface_heat(exchange(7, 40, 0, -10), 0.25, 0.05, 0.0, 20.0).rate,
-            0.25 * 7);  // an insulator's skin
+  // Half of the flux goes on, as the film and the depth share what they pass.
+  EXPECT_NEAR(r.rate, 0.25 * 7 / 2 - 0.25 * 20 * 30, 1e-12);
+  // An insulator's skin takes all of a flux that cannot go anywhere else, and nothing from a film.
+  EXPECT_EQ(surface_heat(exchange(7, 0, 0, -10), 0.25, 0.05, 0.0, 20.0).rate, 0.25 * 7);
+  EXPECT_EQ(surface_heat(exchange(7, 40, 0, -10), 0.25, 0.05, 0.0, 20.0).rate, 0.0);
+}
+
+// What reaches the surface from outside at its temperature goes on to the particle: from wax to metal, from frost to lava, also where
+// the particle is as warm as what is around, and where cooling is all there is. In double to rounding of the larger side, in single
+// precision to 1e-4 of what is exchanged at most.
+template <class T>
+void balances(double tolerance) {
+  for (const double inner : {1e-3, 1.0, 40.0, 1e4, 1e7})
+    for (const double convection : {0.0, 10.0, 1e5})
+      for (const double emissivity : {0.0, 0.3, 1.0})
+        for (const double flux : {0.0, 1e3, 1e9, -1e3})
+          for (const double temperature : {-200.0, 20.0, 1200.0})
+            for (const double ambient : {-270.0, 20.0, 3000.0}) {
+              if (convection == 0 && emissivity == 0) continue;
+              const double depth = 0.01, area = 0.25, k = inner * depth;
+              const SurfaceCondition<T> c{T(ambient), T(flux), T(convection), T(emissivity),
+                                          SurfaceHeat::exchange};
+              const auto r = surface_heat(c, T(area), T(depth), T(k), T(temperature));
+              const double in = double(r.rate) / area, surface = temperature + in / inner;
+              if (surface < -273.15 + 1e-3) continue;  // cooled beyond what there is
+              const double a = ambient + 273.15, s = surface + 273.15;
+              const double out = flux + convection * (ambient - surface) +
+                                 emissivity * stefan_boltzmann * (std::pow(a, 4) - std::pow(s, 4));
+              const double slope = inner + convection + 4 * emissivity * stefan_boltzmann * std::pow(s, 3);
+              const double most = std::fabs(flux) +
+                                  (convection + inner) * (std::fabs(ambient - temperature) + 1) +
+                                  emissivity * stefan_boltzmann * (std::pow(a, 4) + std::pow(s, 4));
+              // An error e of what goes in is one of e/inner of the surface.
+              EXPECT_NEAR(out, in, tolerance * most * (slope / inner))
+                  << inner << ' ' << convection << ' ' << emissivity << ' ' << flux << ' ' << temperature
+                  << ' ' << ambient;
+            }
+}
+TEST(SurfaceHeat, GivesOnWhatItGets) {
+  balances<double>(1e-12);
+  balances<float>(1e-5);
 }
 
 TEST(SurfaceHeat, RadiationIsTheDifferenceOfFourthPowers) {

@@ -8,15 +8,15 @@
 //   a       surface area that a particle serves                      m^2
 //   d       depth of the particle beneath the surface                m
 //   k       conductivity of the particle                             W/(m K)
-//   q       flux into the material                                   W/m^2
-//   h       film coefficient, convection + linearised radiation      W/(m^2 K)
-//   T_s     held temperature of the surface, T_a of the surroundings degrees Celsius
+//   q       flux into the surface                                    W/m^2
+//   h       film coefficient of convection                           W/(m^2 K)
+//   eps     emissivity                                               -
+//   sigma   Stefan-Boltzmann constant                                W/(m^2 K^4)
+//   T_s     temperature of the surface, T_a of the surroundings      degrees Celsius; K in fourth powers
 //
 //   held temperature:  a k/d (T_s - T)
-//   otherwise:         a q + a/(1/h + d/k) (T_a - T)      film and the half spacing beneath it in series
-//   radiation:         h_r = eps sigma (T_K^2 + T_aK^2)(T_K + T_aK): exact, eps sigma (T_aK^4 - T_K^4), but
-//   for
-//                      taking the particle's temperature where the surface's belongs
+//   otherwise:         a k/d (T_s - T) with T_s where the surface, which holds no heat, gives on what it gets:
+//                      k/d (T_s - T) = q + h (T_a - T_s) + eps sigma (T_a^4 - T_s^4)
 #pragma once
 
 #include "meltsim/physics/elementary.hpp"
@@ -51,11 +51,30 @@ struct SurfaceRate {
   T conductance{};  ///< |d rate / d T| [W/K]: bounds the step
 };
 
-/// Linearised radiation [W/(m^2 K)].
+/// Radiation between two temperatures per degree that they differ by [W/(m^2 K)]: eps sigma (T^4 - T_a^4) over T - T_a.
 template <class T>
 MELTSIM_HD T radiation_coefficient(T emissivity, T temperature, T ambient) {
   const T a = temperature + T(kelvin_offset), b = ambient + T(kelvin_offset);
   return emissivity * T(stefan_boltzmann) * (a * a + b * b) * (a + b);
+}
+
+/// T_s [degrees Celsius] of a surface that radiates, over a particle of temperature T; inner = k/d [W/(m^2 K)].
+template <class T>
+MELTSIM_HD T surface_temperature(const SurfaceCondition<T>& c, T inner, T temperature) {
+  const T outer = c.convection + inner, grey = c.emissivity * T(stefan_boltzmann);
+  const T around = c.temperature + T(kelvin_offset);
+  // outer T_s + grey T_s^4 = given. Either term alone says more than T_s can be, and from there Newton's method takes a few steps.
+  const T given = c.flux + c.convection * around + inner * (temperature + T(kelvin_offset)) +
+                  grey * (around * around) * (around * around);
+  if (!(given > T(0))) return T(-kelvin_offset);
+  T s = minimum(given / outer, std::sqrt(std::sqrt(given / grey)));
+  for (int k = 0; k < 8; ++k) {
+    const T cubed = grey * s * s * s;
+    const T step = (given - outer * s - cubed * s) / (outer + T(4) * cubed);
+    s += step;
+    if (std::fabs(step) <= T(1e-7) * s) break;
+  }
+  return s - T(kelvin_offset);
 }
 
 /// Heat through area a [m^2] into a particle at depth d [m], of conductivity k [W/(m K)] and temperature T.
@@ -68,9 +87,21 @@ MELTSIM_HD SurfaceRate<T> surface_heat(const SurfaceCondition<T>& c, T area, T d
     r.rate = r.conductance * (c.temperature - temperature);
     return r;
   }
-  const T h = c.convection + radiation_coefficient(c.emissivity, temperature, c.temperature);
-  if (h > T(0) && k > T(0)) r.conductance = area / (T(1) / h + depth / k);
-  r.rate = area * c.flux + r.conductance * (c.temperature - temperature);
+  const T inner = k / depth;
+  const auto in_series = [&](T h) { return h > T(0) && k > T(0) ? area / (T(1) / h + depth / k) : T(0); };
+  if (!(c.emissivity > T(0))) {
+    const T passed_on = c.convection > T(0) ? inner / (inner + c.convection) : T(1);
+    r.conductance = in_series(c.convection);
+    r.rate = area * c.flux * passed_on + r.conductance * (c.temperature - temperature);
+    return r;
+  }
+  const T surface = surface_temperature(c, inner, temperature), kelvin = surface + T(kelvin_offset);
+  const T h = c.convection + T(4) * c.emissivity * T(stefan_boltzmann) * kelvin * kelvin * kelvin;
+  const T outside = c.convection + radiation_coefficient(c.emissivity, surface, c.temperature);
+  r.conductance = in_series(h);
+  // Of the two sides of the balance the one in which T_s counts less, since only so many of its digits are known.
+  r.rate =
+      area * (h < inner ? c.flux + outside * (c.temperature - surface) : inner * (surface - temperature));
   return r;
 }
 
