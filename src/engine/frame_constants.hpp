@@ -120,6 +120,7 @@ template <class T>
 void fill_surroundings(Frame<T>& w, const Surroundings& s) {
   w.clock.gravity = cast<T>(s.gravity);
   w.clock.free_surface = round_condition<T>(s.free_surface);
+  w.clock.uneven_conductors = s.uneven_conductors ? 1u : 0u;
   w.clock.heated_walls = 0;
   for (std::size_t f = 0; f < 6; ++f) {
     w.clock.wall_heat[f] = round_condition<T>(s.wall_heat[f]);

@@ -59,6 +59,8 @@ struct Surroundings {
   Vec3d gravity;                                                 ///< [m/s^2]
   std::array<physics::SurfaceCondition<double>, 6> wall_heat{};  ///< per face
   physics::SurfaceCondition<double> free_surface;                ///< of liquids
+  bool uneven_conductors =
+      false;  ///< two materials in use conduct differently and are not phases of each other
 };
 
 /// Constants in double; each engine rounds them once.

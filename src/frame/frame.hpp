@@ -198,6 +198,7 @@ struct Clock : StageClock {
   physics::SurfaceCondition<T> wall_heat[6];  ///< per face
   std::uint32_t heated_walls = 0;             ///< bit per face: its heat is not insulated
   physics::SurfaceCondition<T> free_surface;  ///< of liquids
+  std::uint32_t uneven_conductors = 0;        ///< 1: Surroundings::uneven_conductors
   /// Whether what begins at one time and ends before another acts in this sub-step: by its middle, since sub-steps begin and end with it.
   MELTSIM_HD bool within(double from, double until) const {
     const double middle = this->time + 0.5 * (end - this->time);

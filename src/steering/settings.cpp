@@ -32,6 +32,7 @@ core::Surroundings WorldImpl::surroundings() const {
   core::Surroundings s;
   s.gravity = desc.gravity;
   s.free_surface = core::condition_of(desc.heat.free_surface);
+  s.uneven_conductors = uneven_conductors();
   for (std::size_t f = 0; f < 6; ++f)
     if (desc.domain.bounded) s.wall_heat[f] = core::condition_of(desc.domain.heat[f]);
   return s;

@@ -53,27 +53,43 @@ struct HeatOperandsBody {
     });
     return beside;
   }
-  /// Walls that conduct heat count as filled, others do not; so do surfaces of a held temperature, along which no heat
-  /// has to be conducted. sph.density counts the images in all walls.
+  /// Walls count as filled as far as they conduct; so do surfaces of a held temperature, along which no heat
+  /// has to be conducted. sph.density counts the images in all walls, and all matter alike.
   MELTSIM_HD T share_of(std::uint64_t i, std::uint32_t tag) const {
-    if (w.f.body_heat != nullptr && is_solid(tag) && (tag & tag_surface) != 0u &&
+    const bool at_surface = exposed(tag);
+    if (w.f.body_heat != nullptr && at_surface &&
         w.f.body_heat[body_of(tag) - 1u].surface.kind == physics::SurfaceHeat::held)
       return T(1);
-    physics::WallBox<T> walls = w.c.walls;
     const Vec3<T> x = xyz(w.f.position[i]);
-    if (w.f.density != nullptr) {
-      walls.faces &= ~w.f.clock->heated_walls;
+    const auto filled = [&](int face) { return wall_filled(face, tag); };
+    if (w.f.density != nullptr && !(at_surface && w.f.clock->uneven_conductors != 0u)) {
+      const auto empty = [&](int face) { return T(1) - filled(face); };
       return physics::conduction_share(
-          w.c.conduction_share, w.f.heat_share[i] * (T(1) - physics::wall_cover(walls, w.c.kernel, x)));
+          w.c.conduction_share,
+          w.f.heat_share[i] * (T(1) - physics::wall_cover(w.c.walls, w.c.kernel, x, empty)));
     }
-    if ((tag & tag_surface) == 0u) return T(1);  // all direct neighbours are there
+    if (!at_surface) return T(1);  // all direct neighbours are there
     T phi = 0;
-    spatial::for_each_neighbour(w, i, [&](std::uint32_t, const Vec4<T>& xj, const Vec3<T>&, T r2) {
-      phi += xj.w * physics::kernel_value(w.c.kernel, std::sqrt(r2));
+    spatial::for_each_neighbour(w, i, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>&, T r2) {
+      phi += xj.w * physics::kernel_value(w.c.kernel, std::sqrt(r2)) * neighbour_filled(tag, w.f.tag[j]);
     });
-    walls.faces &= w.f.clock->heated_walls;
     return physics::conduction_share(w.c.conduction_share,
-                                     phi / (T(1) - physics::wall_cover(walls, w.c.kernel, x)));
+                                     phi / (T(1) - physics::wall_cover(w.c.walls, w.c.kernel, x, filled)));
+  }
+  /// What counts here is how conductivities compare, so that of tables is taken at 0 degrees.
+  MELTSIM_HD T conductivity(std::uint32_t tag) const {
+    return physics::conductivity_at(w.f.materials[material_of(tag)], T(0), T(0));
+  }
+  MELTSIM_HD T wall_filled(int face, std::uint32_t tag) const {
+    if (((w.f.clock->heated_walls >> face) & 1u) == 0u) return T(0);
+    return physics::filled_by_wall(w.f.clock->wall_heat[face], conductivity(tag) / (T(0.5) * w.c.spacing));
+  }
+  MELTSIM_HD T neighbour_filled(std::uint32_t tag, std::uint32_t other) const {
+    if (material_of(tag) == material_of(other) || w.f.clock->uneven_conductors == 0u) return T(1);
+    if (physics::same_matter(w.f.materials[material_of(tag)], material_of(tag),
+                             w.f.materials[material_of(other)], material_of(other)))
+      return T(1);
+    return physics::filled_by(conductivity(tag), conductivity(other));
   }
 };
 

@@ -40,6 +40,14 @@ double least_consistency(const MaterialDesc& m) {
   return mu;
 }
 
+double least_conductivity(const core::MaterialRow<double>& m) {
+  double k = m.plateau != 0u ? std::min(m.conductivity, m.liquid_conductivity) : m.conductivity;
+  if (m.tables == nullptr) return k;
+  for (const auto* t : {&m.tables->conductivity, &m.tables->liquid_conductivity})
+    for (std::uint32_t p = 0; p < t->points; ++p) k = std::min(k, t->value[p]);
+  return k;
+}
+
 double largest_conductivity(const core::MaterialRow<double>& m) {
   double k = std::max(m.conductivity, m.liquid_conductivity);
   if (m.tables == nullptr) return k;
@@ -681,6 +689,17 @@ void WorldImpl::limit_tension(double sum) {
     if (liquid_used_[i] != 0u && materials[i].surface_tension > 0)
       rest_dt_ = std::min(
           rest_dt_, physics::tension_dt(materials[i].surface_tension, least_density(i), desc.spacing, sum));
+}
+
+/// Whether some of what is in use conducts better than something else that is not its other phase.
+bool WorldImpl::uneven_conductors() const {
+  constexpr double alike = 1.1;
+  for (std::size_t i = 0; i < rows_.size(); ++i)
+    for (std::size_t j = 0; j < rows_.size(); ++j)
+      if (used(i) && used(j) && !physics::same_matter(rows_[i], i, rows_[j], j) &&
+          largest_conductivity(rows_[i]) > alike * least_conductivity(rows_[j]))
+        return true;
+  return false;
 }
 
 /// The bound of the heat operator's spectrum.

@@ -351,6 +351,7 @@ class WorldImpl final : public Scheduler {
   Result<TimedStep> limited_step(double dt, double seconds, std::uint64_t substeps);
   static std::uint32_t next_number();
   core::Surroundings surroundings() const;
+  bool uneven_conductors() const;
   void surround();
   void see_along(Vec3d gravity);
   /// Bounds of the motion by force fields.

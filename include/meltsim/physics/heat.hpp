@@ -124,8 +124,8 @@ MELTSIM_HD T resistivity_of(T conductivity) {
 /// surroundings, down to a row of single particles. The conductivity of the particle is divided by M:
 /// pairs stay symmetric and g_ij >= 0, so energy is conserved and no new extreme arises. Across the surface half of
 /// the moment is missing, which insulates it; there the correction adds 3 % to the exchange of the outermost two
-/// layers. Walls that conduct heat count as filled, because their exchange (wall_exchange.hpp) is calibrated for
-/// uncorrected sums. Ours.
+/// layers. Walls at a held temperature count as filled, because their exchange (wall_exchange.hpp) is calibrated for
+/// uncorrected sums; others as far as they conduct (filled_by_wall), other matter likewise (filled_by). Ours.
 template <class T>
 struct ConductionShare {
   T slope{};  ///< (1 - M) / (1 - phi) of the first lattice layer beneath a plane, along it [-]
@@ -155,6 +155,24 @@ inline ConductionShare<T> make_conduction_share(double support, double spacing) 
         moment += 0.5 * kernel_laplacian(k, r, r2) * volume * (spacing * spacing * double(y * y));
       }
   return {static_cast<T>(moment / phi)};
+}
+
+/// Whether two materials, of these indices, are one, or phases of each other.
+template <class T>
+MELTSIM_HD bool same_matter(const MaterialRow<T>& a, std::size_t index_a, const MaterialRow<T>& b,
+                            std::size_t index_b) {
+  if (index_a == index_b) return true;
+  return (a.melts != 0u && a.liquid == index_b) || (a.freezes != 0u && a.solid == index_b) ||
+         (b.melts != 0u && b.liquid == index_a) || (b.freezes != 0u && b.solid == index_a);
+}
+
+/// How much of a neighbour that is other matter counts as filled [-]: the share of what own matter would pass in its place, 1 where it conducts as
+/// well or better. Beside a poor conductor a body is as it is at a free surface, and beside a worse one in between: without that a bar
+/// of two cells across, surrounded by an insulator, conducts along itself two thirds of what it should. Phases of one matter
+/// count whole: what melts and freezes was measured with them so (phase.bodies). Ours.
+template <class T>
+MELTSIM_HD T filled_by(T own, T other) {
+  return own > other ? T(2) * other / (own + other) : T(1);
 }
 
 /// Harmonic mean of two conductivities [W/(m K)] from their resistivities: 0 if either end insulates.

@@ -105,6 +105,16 @@ MELTSIM_HD SurfaceRate<T> surface_heat(const SurfaceCondition<T>& c, T area, T d
   return r;
 }
 
+/// How much of what lies beyond a surface counts as filled [-] for the conduction along it (heat.hpp: ConductionShare): of a held temperature all, else the
+/// share of what a held one of the surroundings' temperature would pass. A flux passes what it does whatever is beneath. inner = k/d [W/(m^2 K)].
+template <class T>
+MELTSIM_HD T filled_by_wall(const SurfaceCondition<T>& c, T inner) {
+  if (c.kind == SurfaceHeat::held) return T(1);
+  if (c.kind == SurfaceHeat::insulated) return T(0);
+  const T h = c.convection + radiation_coefficient(c.emissivity, c.temperature, c.temperature);
+  return h > T(0) ? h / (h + inner) : T(0);
+}
+
 /// Surface that one particle of a solid represents.
 template <class T>
 struct ParticleSurface {

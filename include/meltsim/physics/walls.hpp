@@ -235,7 +235,18 @@ MELTSIM_HD T plane_share(const SphKernel<T>& k, T distance) {
 }
 
 /// Share of the surroundings of a particle that walls cover [-]; in edges and corners the open share is the product of
-/// the open shares of the planes.
+/// the open shares of the planes. counts(face): how much of each is meant, 0 to 1.
+template <class T, class Counts>
+MELTSIM_HD T wall_cover(const WallBox<T>& b, const SphKernel<T>& k, Vec3<T> x, const Counts& counts) {
+  const WallView<T> v = wall_view(b, x);
+  if (v.axes == 0u) return T(0);
+  const auto open = [&](int axis, T from) {
+    if (((v.axes >> axis) & 1u) == 0u) return T(1);
+    const T share = counts(2 * axis + (from < T(0) ? 1 : 0));
+    return T(1) - share * (b.cover_scale * half_space_share(k, std::fabs(from)));
+  };
+  return T(1) - open(0, v.from.x) * open(1, v.from.y) * open(2, v.from.z);
+}
 template <class T>
 MELTSIM_HD T wall_cover(const WallBox<T>& b, const SphKernel<T>& k, Vec3<T> x) {
   const WallView<T> v = wall_view(b, x);
