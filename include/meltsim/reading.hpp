@@ -166,9 +166,9 @@ struct Impulse {
 struct BodyForces {
   BodyId body;         ///< the body
   double seconds = 0;  ///< that they cover [s]; divide by it for a mean force
-  Impulse total;       ///< pressure, viscosity and contact
+  Impulse total;       ///< pressure, viscosity and contact; of movable bodies force fields, too
   Impulse pressure;    ///< of liquid, images in walls and surface tension included
-  /// Viscous impulse of liquid. For movable bodies it is the rest of the total, for fixed and kinematic ones that of the velocities at
+  /// Viscous impulse of liquid. For movable bodies it is the rest of the total, so it has what force fields give them, for fixed and kinematic ones that of the velocities at
   /// the beginning of sub-steps, also where viscosity is implicit.
   Impulse viscosity;
   Impulse contact;  ///< of bodies and walls that it touches

@@ -309,7 +309,7 @@ class MELTSIM_API World {
   /// the field).
   Status set_free_surface_heat(const SurfaceHeatDesc& heat);
   /// Sets what a heat region does while it acts: it holds `temperature` [degrees Celsius] or, where that is empty, releases
-  /// `source` [W/m^3]. Shape and times stay. Errors: invalid_argument (names the field).
+  /// `source` [W/m^3], which may be 0. Shape and times stay. Errors: invalid_argument (names the field).
   Status set_heat_region(HeatRegionId region, const std::optional<double>& temperature, double source = 0);
   /// Replaces a force field: place, kind and strength, from the next step on; one small kernel. An empty name keeps the name. Plans
   /// anew as set_gravity where particles may become faster than ever before. Errors: invalid_argument (names the field).

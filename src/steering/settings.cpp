@@ -209,7 +209,10 @@ Status WorldImpl::set_heat_region(HeatRegionId id, const std::optional<double>& 
   if (region == nullptr) return no_such_region("set_heat_region", id);
   HeatRegionDesc changed = region->desc;
   changed.temperature = temperature;
-  changed.source = source;
+  changed.source =
+      source == 0 && !temperature
+          ? 1
+          : source;  // a heater may be turned down to 0, where one that is added has to do something
   if (Status s = core::validate(changed, desc.heat.model); !s)
     return Error{s.error().code, "set_heat_region: " + s.error().message};
   region->desc.temperature = temperature;

@@ -156,10 +156,11 @@ struct SteerBody {
   std::uint32_t jumps;  ///< bit per entry
   physics::RigidMotion motion[core::most_steered];
   double reach[core::most_steered], most[core::most_steered];
+  Vec3<double> period;
   MELTSIM_HD void operator()(std::uint64_t k) const {
     physics::RigidMotion& m = rows[body[k]].motion;
     if (bodies[body[k]].motion == core::body_proxy)
-      m = physics::proxy_set(m, motion[k], ((jumps >> k) & 1u) != 0u, reach[k], most[k]);
+      m = physics::proxy_set(m, motion[k], ((jumps >> k) & 1u) != 0u, reach[k], most[k], period);
     else m = motion[k];
   }
 };

@@ -34,7 +34,7 @@ void let_go(E& ex, const core::Frame<T>& w) {
 /// Ahead of a sub-step: the first n rows of `steered` hold; not a stage.
 template <class E, class T>
 void steer(E& ex, const core::Frame<T>& w, const core::Steered* steered, std::uint32_t n) {
-  SteerBody body{w.f.body_motion, w.f.bodies, {}, 0u, {}, {}, {}};
+  SteerBody body{w.f.body_motion, w.f.bodies, {}, 0u, {}, {}, {}, cast<double>(w.grid.period)};
   for (std::uint32_t k = 0; k < n; ++k) {
     body.body[k] = steered[k].body;
     body.motion[k] = steered[k].motion;

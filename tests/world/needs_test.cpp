@@ -554,7 +554,7 @@ TEST(Needs, ToleranceMustBeANumber) {
   EXPECT_NE(w.error().message.find("heat.level_tolerance"), std::string::npos);
 }
 
-// As one whose source is set to next to nothing (0 is refused); and the one behind it, which moves up in the backend's table, is still the one that is set.
+// As one whose source is set to 0; and the one behind it, which moves up in the backend's table, is still the one that is set.
 TEST(Needs, AHeatRegionThatIsRemovedHeatsNoMore) {
   MELTSIM_NEEDS_BACKEND();
   std::vector<World> worlds;
@@ -570,7 +570,7 @@ TEST(Needs, AHeatRegionThatIsRemovedHeatsNoMore) {
       EXPECT_FALSE(w.remove(first));
       EXPECT_FALSE(w.set_heat_region(first, {}, 1));
     } else {
-      require(w.set_heat_region(first, {}, 1e-200));
+      require(w.set_heat_region(first, {}, 0));
     }
     require(w.set_heat_region(second, {}, 1e4));
     for (int k = 0; k < 5; ++k) require(w.step(0.005));
@@ -581,7 +581,7 @@ TEST(Needs, AHeatRegionThatIsRemovedHeatsNoMore) {
       EXPECT_EQ(w.totals()->heat_in, in);
       EXPECT_FALSE(runs(w, "thermal.boundary"));
     } else {
-      require(w.set_heat_region(second, {}, 1e-200));
+      require(w.set_heat_region(second, {}, 0));
       require(w.step(0.005));
       EXPECT_TRUE(runs(w, "thermal.boundary"));
     }

@@ -88,9 +88,9 @@ MELTSIM_HD RigidMotion proxy_after(const RigidMotion& m, const RigidPieceStep& s
 
 /// The motion from now on, as the host has it: its pose and twist in first, its acceleration in then.position, the end of
 /// its step in until. jumps: the proxy is there at once. Otherwise no point within `reach` [m] of its centre closes the gap
-/// faster than at `most` [m/s].
+/// faster than at `most` [m/s]. period: of periodic axes, 0 of others [m]; the gap is to the nearest image, since hosts keep poses in one period.
 MELTSIM_HD RigidMotion proxy_set(const RigidMotion& now, const RigidMotion& host, bool jumps, double reach,
-                                 double most) {
+                                 double most, Vec3<double> period) {
   RigidMotion m = host;
   m.then.velocity = m.then.angular_velocity = {};
   m.then.orientation = {};
@@ -99,7 +99,11 @@ MELTSIM_HD RigidMotion proxy_set(const RigidMotion& now, const RigidMotion& host
   m.first.orientation = now.first.orientation;
   const double dt = host.until - host.from;
   if (!(dt > 0)) return m;
-  const Vec3<double> gap = host.first.position - now.first.position;
+  const auto nearest = [](double d, double length) {
+    return length > 0 ? d - length * std::rint(d / length) : d;
+  };
+  const Vec3<double> ahead = host.first.position - now.first.position;
+  const Vec3<double> gap{nearest(ahead.x, period.x), nearest(ahead.y, period.y), nearest(ahead.z, period.z)};
   const Vec3<double> turn = rotation_vector(composed(host.first.orientation, inverse(now.first.orientation)));
   const double way = length(gap) + length(turn) * reach;
   const double share = way > most * dt ? most * dt / way : 1.0;
