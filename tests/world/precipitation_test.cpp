@@ -197,7 +197,7 @@ TEST(Precipitation, WhatDissolvedWarmComesBackCold) {
     add_crystal(s, {0, 0, 0}, {5, 6, 6}, 0, 60);
     fill(s, {5, 0, 0}, {10, 6, 6}, 0.3, 60);
     for (const auto& [temperature, from, until] :
-         {std::tuple{60.0, 0.0, 3.995}, std::tuple{20.0, 3.995, infinity}}) {
+         {std::tuple{60.0, 0.0, 4.0}, std::tuple{20.0, 4.0, infinity}}) {
       HeatRegionDesc r;
       r.shape = Shape::box({0, 0, 0}, {10 * dx, 6 * dx, 6 * dx});
       r.temperature = temperature;

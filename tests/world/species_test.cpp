@@ -211,7 +211,7 @@ TEST(Species, AHaltGoesBackToTheContentsBefore) {
   HeatRegionDesc r;  // so much heat that a temperature is not finite
   r.shape = Shape::box({0, 0, 0}, {0.12, 0.08, 0.08});
   r.source = 1e100;
-  r.from = 0.015;
+  r.from = 0.01;
   require(s.world.add_heat_region(r));
   require(s.world.step(0.01));
   const auto before = s.world.particles()->fractions[0];

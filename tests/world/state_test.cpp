@@ -66,7 +66,7 @@ Bullet bullet() {
   HeatRegionDesc r;
   r.shape = s.shape;
   r.source = 1e100;
-  r.from = 0.005;
+  r.from = 0.01;
   require(b.world.add_heat_region(r));
   return b;
 }
