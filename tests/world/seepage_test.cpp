@@ -165,7 +165,8 @@ TEST(Seepage, LightBodiesRiseFromOtherBodies) {
   MELTSIM_NEEDS_BACKEND();
   for (const Below& under : below)
     for (const auto& [density, motion] : {std::pair{500.0, Motion::rigid}, std::pair{850.0, Motion::free}}) {
-      if ((motion == Motion::rigid) == (under.edge == 8)) continue;  // each with wide and narrow, held and free: half of the pairs
+      if ((motion == Motion::rigid) == (under.edge == 8))
+        continue;  // each with wide and narrow, held and free: half of the pairs
       BodyId cube;
       World w = make_stacked(under, density, motion, cube);
       const double start = height_of(w, cube);

@@ -247,6 +247,7 @@ MELTSIM_HD T wall_cover(const WallBox<T>& b, const SphKernel<T>& k, Vec3<T> x, c
   };
   return T(1) - open(0, v.from.x) * open(1, v.from.y) * open(2, v.from.z);
 }
+/// The same of all walls in full.
 template <class T>
 MELTSIM_HD T wall_cover(const WallBox<T>& b, const SphKernel<T>& k, Vec3<T> x) {
   const WallView<T> v = wall_view(b, x);
