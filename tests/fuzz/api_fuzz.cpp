@@ -1153,7 +1153,8 @@ class Sequence {
       case 2: {
         const int face = wild_ && chance(0.1) ? pick({-1, 6, 1 << 30}) : static_cast<int>(random_.below(6));
         const SurfaceHeatDesc h = surface_heat();
-        note("set_wall_heat ", face);
+        note("set_wall_heat ", face, " held ", h.temperature.value_or(infinity), " flux ", h.flux,
+             " convection ", h.convection, " emissivity ", h.emissivity, " ambient ", h.ambient);
         if (guarded_call("set_wall_heat", [&] { return world_->set_wall_heat(face, h); }))
           again([=](World& w) { return bool(w.set_wall_heat(face, h)); });
         break;
