@@ -451,8 +451,7 @@ void from_rest(const Settings& s, Report& r) {
     }
   r.note =
       "A hydrostatic force field below the topmost five layers: there is no level of pressure that could "
-      "resist, and what is lifted by "
-      "Archimedes' law is exact. Without it those of 1.2 times the density are 12 to 20 % too slow "
+      "resist. Without it those of 1.2 times the density are 12 to 20 % too slow "
       "(coupling.rising).";
 }
 

@@ -95,9 +95,8 @@ inline int stage_count(double tau_lambda, bool first_order) {
   return s < 5 ? 5 : s | 1;
 }
 
-/// Stages of a super-step of first order beyond which potentials leave the range of those around where matter melts or freezes: the enthalpy of
-/// one that is between two phases is no linear function of its potential, as the method takes it to be. Ice under a wall of 60 degrees read
-/// 98 with 12 stages, 47.6 with 8, 47.2 with 2.
+/// Most stages of a super-step of first order where matter melts or freezes. With more, temperatures leave the range of those around: between two phases
+/// enthalpy is no linear function of temperature, as the method takes it to be. Ours, by trial (docs/design/tried.md).
 inline constexpr int phase_stages = 8;
 
 /// Largest number of stages that stage_count returns up to a given limit >= 2.

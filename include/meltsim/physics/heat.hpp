@@ -167,9 +167,8 @@ MELTSIM_HD bool same_matter(const MaterialRow<T>& a, std::size_t index_a, const 
 }
 
 /// How much of a neighbour that is other matter counts as filled [-]: the share of what own matter would pass in its place, 1 where it conducts as
-/// well or better. Beside a poor conductor a body is as it is at a free surface, and beside a worse one in between: without that a bar
-/// of two cells across, surrounded by an insulator, conducts along itself two thirds of what it should. Phases of one matter
-/// count whole: what melts and freezes was measured with them so (phase.bodies). Ours.
+/// well or better. Pairs take the harmonic mean, so that beside an insulator a body lacks neighbours as it does at a free surface.
+/// Phases of one matter count whole, as fronts between them are calibrated (phase.bodies). Ours.
 template <class T>
 MELTSIM_HD T filled_by(T own, T other) {
   return own > other ? T(2) * other / (own + other) : T(1);

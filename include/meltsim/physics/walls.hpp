@@ -250,10 +250,7 @@ MELTSIM_HD T wall_cover(const WallBox<T>& b, const SphKernel<T>& k, Vec3<T> x, c
 /// The same of all walls in full.
 template <class T>
 MELTSIM_HD T wall_cover(const WallBox<T>& b, const SphKernel<T>& k, Vec3<T> x) {
-  const WallView<T> v = wall_view(b, x);
-  if (v.axes == 0u) return T(0);
-  const auto open = [&](T distance) { return T(1) - b.cover_scale * half_space_share(k, distance); };
-  return T(1) - open(std::fabs(v.from.x)) * open(std::fabs(v.from.y)) * open(std::fabs(v.from.z));
+  return wall_cover(b, k, x, [](int) { return T(1); });
 }
 
 /// Scale that makes the cover of a plane at dx/2 equal to that of the lattice (host).
