@@ -24,7 +24,7 @@ using meltsim::MaterialId;
 class Builder {
  public:
   Builder(const Scene& scene, meltsim::World world)
-      : scene_(scene), built_{std::move(world), {}, {}, {}, {}, {}, false, false, {}, {}, {}, 0, {}} {}
+      : scene_(scene), built_{std::move(world), {}, {}, {}, {}, {}, false, false, {}, {}, {}, 0, {}, 0, {}} {}
 
   Built build() && {
     for (const SceneMaterial& material : scene_.materials) ids_[material.desc.name] = add(material);
@@ -137,6 +137,10 @@ class Builder {
   std::map<std::string, MaterialId> ids_;
 };
 
+Built settled(Built built, const Scene& scene) {
+  if (scene.settle.on) built.settled = expect(built.world.settle(scene.settle.seconds));
+  return built;
+}
 }  // namespace
 
 double error_at(double density_error, double sound_factor) {
@@ -171,16 +175,16 @@ Built build_world(const Scene& scene, const MachineOptions& machine) {
     if (!world) throw library_failure(world.error(), world_places(scene), "", scene.where);
     return Builder(scene, std::move(*world)).build();
   };
-  if (scene.sound_factor == 1 || desc.sound_speed > 0) return build();
+  if (scene.sound_factor == 1 || desc.sound_speed > 0) return settled(build(), scene);
   // What `auto` comes to, only the scene's contents tell.
   if (desc.follow_sound_speed) {  // it stays derived
     desc.density_error = error_at(desc.density_error, scene.sound_factor);
-    return build();
+    return settled(build(), scene);
   }
   const double automatic = build().world.resolved().sound_speed;
   desc.sound_speed = automatic * scene.sound_factor;
   desc.density_error = 0;
-  return build();
+  return settled(build(), scene);
 }
 
 const char* pace_keys(const Built& built) {

@@ -27,6 +27,7 @@ struct Built {
   std::uint64_t meltable = 0;     ///< solid particles that can melt or dissolve
   ProbeGroups probes;             ///< once add_probes() was called; the World of a viewer has none
   std::uint64_t start_bytes = 0;  ///< memory of the World with its probes, before the first step
+  meltsim::Settled settled;       ///< how its liquid came to rest, where the scene asks for it
 };
 
 /// The keys of the scene that make its bodies go sooner.

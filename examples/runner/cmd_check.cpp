@@ -603,6 +603,7 @@ class Check {
 
 int cmd_check(const SceneOptions& options, const MachineOptions& machine, bool verbose) {
   Scene scene = load_scene(options);
+  scene.settle = {};  // nothing here asks how liquid starts
   Built built = build_world(scene, machine);
   for (std::string& warning : check_paths(scene, built, scene.time.end))
     scene.warnings.push_back(std::move(warning));

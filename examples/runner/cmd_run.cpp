@@ -36,6 +36,19 @@ std::string particles_text(Built& built, const Scene& scene) {
                      count_text(now.fluid), count_text(now.solid), scene.world.spacing, memory_text(built));
 }
 
+/// How far liquid went, and if that is farther than it should where something holds it.
+void tell_settled(Built& built, Log& log) {
+  const meltsim::Settled& s = built.settled;
+  const double spacings = s.farthest / built.world.desc().spacing;
+  log.info(fmt::format("at rest: {:.3g} s in {} sub-steps, liquid moved by at most {:.2g} spacings",
+                       s.seconds, s.substeps, spacings));
+  if (spacings > 1)
+    log.warn(
+        fmt::format("solver.settle: liquid flowed up to {:.2g} spacings while it came to rest: nothing "
+                    "holds it there; put a body in its way, or leave settle out",
+                    spacings));
+}
+
 /// A directory that is there already, locked before the long work of building the scene.
 std::optional<RunDirectory> existing_directory(const RunOptions& options) {
   if (options.resume) return resumed_run_directory(options.out);
@@ -161,7 +174,10 @@ int run_scene(const RunOptions& options, Log& log) {
     else budget->set_settings(settings_of_run(options.out));
   }
   if (options.resume) take_settings(scene, settings_of_run(options.out), log);
+  if (options.resume) scene.settle = {};
+  if (scene.settle.on) log.info("liquid comes to rest, with bodies held");
   Built built = build_world(scene, options.machine);
+  if (scene.settle.on) tell_settled(built, log);
   if (!budget) check_dt(scene, built);
   if (!options.steps && !options.resume)
     for (std::string& warning : check_paths(scene, built, scene.time.end))

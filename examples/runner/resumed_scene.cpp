@@ -71,7 +71,7 @@ void refuse_pivot(const Change& change) {
 bool is_kept(const Scene& scene, const Change& change) {
   const std::string& part = change.path.front();
   if (part == "fluids") return true;
-  if (part == "solver") return change.path.back() == "hydrostatic_start";
+  if (part == "solver") return change.path.back() == "hydrostatic_start" || change.path.back() == "settle";
   if (change.path.size() < 3) return false;
   const std::string& key = change.path[2];
   if (part == "emitters") return key == "from";

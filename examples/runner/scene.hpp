@@ -93,6 +93,12 @@ struct SceneProbe {
   Source source;
 };
 
+/// Whether liquid comes to rest before the run.
+struct SceneSettle {
+  bool on = false;
+  double seconds = meltsim::automatic;  ///< that it is given
+};
+
 struct SceneTime {
   std::optional<double> dt;  ///< [s]; nothing = the largest stable one
   bool adaptive = false;
@@ -135,6 +141,7 @@ struct Scene {
   meltsim::WorldDesc world;
   double given_spacing = 0;  ///< [m] as the scene has it, ahead of options that change it
   SceneTime time;
+  SceneSettle settle;
   std::vector<SceneMaterial> materials;
   std::vector<SceneFluid> fluids;
   std::vector<SceneBody> bodies;

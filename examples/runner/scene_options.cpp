@@ -238,6 +238,23 @@ const Options<Scene>& solver_options() {
                   "liquid that stands on walls or bodies starts with the pressure of rest, so that a tank "
                   "does not ring for seconds after its start. "
                   "[Concepts](concepts.md#a-start-at-rest)"),
+      custom<Scene>(
+          "settle", "", "0",
+          "seconds that liquid is given to come to rest before the run, with bodies held: forces on what it "
+          "touches are those of rest from then on, where they swing for a second; `auto` follows from depth "
+          "and sound. [Concepts](concepts.md#a-start-at-rest-beside-bodies)",
+          {{"oneOf", {{{"const", "auto"}}, {{"type", "number"}, {"minimum", 0}}}}},
+          [](const Node& value, Scene& s) {
+            s.settle = {true, meltsim::automatic};
+            if (value.is_word("auto")) return;
+            s.settle.seconds = value.number("s");
+            if (s.settle.seconds < 0) value.fail("expected auto, or seconds: 0 or more");
+            s.settle.on = s.settle.seconds > 0;
+          },
+          [](const Scene& s) {
+            if (!s.settle.on) return Json(0);
+            return s.settle.seconds > 0 ? Json(s.settle.seconds) : Json("auto");
+          }),
       number<Scene>("artificial_viscosity", "artificial_viscosity", OF_WORLD(artificial_viscosity),
                     "Monaghan's alpha", between(0, 1), "0.05", "Monaghan's alpha"),
       flag<Scene>("tension", "", OF_WORLD(tension), "false",

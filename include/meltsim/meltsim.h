@@ -543,6 +543,19 @@ MELTSIM_C_API meltsim_status meltsim_world_add_probe(meltsim_world* world, const
 
 /* Allocates and plans for the next step; meltsim_world_step() does it if it was not called. */
 MELTSIM_C_API meltsim_status meltsim_world_prepare(meltsim_world* world);
+/* What meltsim_world_settle() came to. The caller sets `size`. */
+typedef struct meltsim_settled {
+  uint32_t size;     /* sizeof(meltsim_settled) */
+  uint32_t reserved; /* 0 */
+  double seconds;    /* that the liquid was given [s]; 0: there was none that could move */
+  uint64_t substeps; /* that it took */
+  double farthest;   /* way of the particle that was moved farthest [m] */
+  double fastest;    /* speed of the fastest at the end, before it was stopped [m/s] */
+} meltsim_settled;
+/* Lets liquid come to rest before the first step, with bodies held, so that forces on what it touches are those of rest. `seconds`: how long it is
+ * given; 0 derives it. Liquid that nothing holds flows meanwhile. Waits. `result` may be null. */
+MELTSIM_C_API meltsim_status meltsim_world_settle(meltsim_world* world, double seconds,
+                                                  meltsim_settled* result);
 /* Enqueues `seconds`, in sub-steps that keep it stable. */
 MELTSIM_C_API meltsim_status meltsim_world_step(meltsim_world* world, double seconds);
 /* A step that may have ended early. The caller sets `size`. */

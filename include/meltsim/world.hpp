@@ -87,6 +87,14 @@ struct TimedStep {
       false;  ///< wall_ms is above what was asked for; with one sub-step: one alone takes longer
 };
 
+/// What World::settle() came to.
+struct Settled {
+  double seconds = 0;          ///< that the liquid was given [s]; 0: there was none that could move
+  std::uint64_t substeps = 0;  ///< sub-steps that it took
+  double farthest = 0;         ///< way of the particle that was moved farthest [m]
+  double fastest = 0;          ///< speed of the fastest at the end, before it was stopped [m/s]
+};
+
 /// Particles by id, in single precision, in the memory of the backend: what a renderer draws from. Arrays are parallel, with
 /// `count` entries. Ids of removed particles have tag_removed; of their other values nothing is said.
 struct RenderView {
@@ -320,6 +328,16 @@ class MELTSIM_API World {
   /// Allocates, uploads and plans for the next step. step() calls it if something was added; call it yourself
   /// to keep the first step free of allocation. Synchronises if something was added. Errors: capacity, out_of_memory.
   Status prepare();
+
+  /// Lets liquid come to rest before the first step, so that forces on what it touches are those of rest from then on. A start at rest
+  /// (WorldDesc::hydrostatic_start) does that for liquid alone; beside bodies and below lids it is not in balance, and forces swing for a second.
+  /// Meanwhile bodies stay where they are, open faces are walls, emitters, heat and winds rest, other force fields act as they do at the
+  /// start, and a drag slows liquid down. What moves or stands on nothing stays where it is. time(), temperatures and velocities are then as before.
+  /// `seconds`: how long it is given; automatic derives it from the depth and the speed of sound. Liquid that nothing
+  /// holds, such as a column without a dam, flows meanwhile: Settled::farthest says how far. Call it when all that the World starts with is there; it
+  /// waits, and takes memory on the host for another state. Errors: invalid_argument (`seconds`; a World that has
+  /// stepped), interrupted (nothing has changed then), halted, those of prepare().
+  Result<Settled> settle(double seconds = automatic);
 
   /// Enqueues dt seconds, divided into equal sub-steps of at most Resolved::stable_dt. dt = 0 does nothing. Steps may vary
   /// in length. It does not allocate, except if the plan changes: a heat region begins or ends, the last emitter has

@@ -7,11 +7,11 @@
 >>> world.show()
 """
 from ._core import (Body, Emitter, ForceField, HeatRegion, Ledger, Material, ParticleFrame, Particles, Piece, Probe, Reading, RenderPack, Resolved,
-                    Shape, State, StepResult, Stiffness, Surface, SurfaceView, TimedStep, Totals, build_info, scenes)
+                    Settled, Shape, State, StepResult, Stiffness, Surface, SurfaceView, TimedStep, Totals, build_info, scenes)
 from ._error import Error
 from ._world import Page, World
 
 __version__ = build_info()["version"]
 __all__ = ["Body", "Emitter", "Error", "ForceField", "HeatRegion", "Ledger", "Material", "Page", "ParticleFrame", "Particles", "Piece", "Probe",
-           "Reading", "RenderPack", "Resolved", "Shape", "State", "StepResult", "Stiffness", "Surface", "SurfaceView", "TimedStep", "Totals", "World",
+           "Reading", "RenderPack", "Resolved", "Settled", "Shape", "State", "StepResult", "Stiffness", "Surface", "SurfaceView", "TimedStep", "Totals", "World",
            "build_info", "scenes"]

@@ -275,6 +275,11 @@ void bind_readings(nb::module_& m) {
       .add("wall_ms", &TimedStep::wall_ms, "The call took [ms].")
       .add("substep_ms", &TimedStep::substep_ms, "Running mean [ms]; 0: none was measured yet.")
       .add("over_budget", &TimedStep::over_budget, "It took longer than was asked for.");
+  Record<Settled>(m, "Settled", "What settle() came to.")
+      .add("seconds", &Settled::seconds, "That the liquid was given [s]; 0: there was none that could move.")
+      .add("substeps", &Settled::substeps, "Sub-steps that it took.")
+      .add("farthest", &Settled::farthest, "Way of the particle that was moved farthest [m].")
+      .add("fastest", &Settled::fastest, "Speed of the fastest at the end, before it was stopped [m/s].");
   Record<Totals>(m, "Totals", "Conserved quantities and extremes, summed on the host.")
       .add("fluid", &Totals::fluid, "Liquid particles.")
       .add("solid", &Totals::solid, "Solid particles.")

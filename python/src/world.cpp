@@ -1818,6 +1818,23 @@ void bind_world(nb::module_& m) {
           "prepare", [](HostWorld& w) { away(w, true, [](World& world) { expect(world.prepare()); }); },
           "Allocates and plans for the next step; step() does it if it was not called.")
       .def(
+          "settle",
+          [](HostWorld& w, const std::optional<double>& seconds) {
+            Settled came_to;
+            w.advance([&](World& world) -> Status {
+              auto result = world.settle(seconds.value_or(automatic));
+              if (!result) return result.error();
+              came_to = *result;
+              return {};
+            });
+            return came_to;
+          },
+          nb::arg("seconds") = nb::none(),
+          "Lets liquid come to rest before the first step, with bodies held, so that forces on what it "
+          "touches "
+          "are those of rest from then on. None: as long as depth and speed of sound ask for. Liquid that "
+          "nothing holds flows meanwhile: Settled.farthest says how far.")
+      .def(
           "step",
           [](HostWorld& w, const nb::args& args, const nb::kwargs& kwargs) {
             w.step(number("seconds", arguments("step", {"seconds"}, 1, args, kwargs)[0]));

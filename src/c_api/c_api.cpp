@@ -192,6 +192,16 @@ void put(meltsim_timed_step* to, const meltsim::TimedStep& s) {
   write(to, "result", c);
 }
 
+void put(meltsim_settled* to, const meltsim::Settled& s) {
+  if (to == nullptr) return;
+  meltsim_settled c{};
+  c.seconds = s.seconds;
+  c.substeps = s.substeps;
+  c.farthest = s.farthest;
+  c.fastest = s.fastest;
+  write(to, "result", c);
+}
+
 meltsim_totals totals_of(const meltsim::Totals& t) {
   meltsim_totals c{};
   c.mass = t.mass;
@@ -866,6 +876,12 @@ meltsim_status meltsim_world_add_probe(meltsim_world* world, const meltsim_probe
 
 meltsim_status meltsim_world_prepare(meltsim_world* world) {
   return guarded([&] { expect(world_of(world).prepare()); });
+}
+meltsim_status meltsim_world_settle(meltsim_world* world, double seconds, meltsim_settled* result) {
+  return guarded([&] {
+    if (result != nullptr) read(result, "result", meltsim_settled{});
+    put(result, expect(stepping(world).settle(seconds)));
+  });
 }
 meltsim_status meltsim_world_step(meltsim_world* world, double seconds) {
   return guarded([&] { expect(stepping(world).step(seconds)); });

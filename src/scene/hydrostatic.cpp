@@ -231,6 +231,16 @@ class Columns {
     });
   }
   int axis() const { return axis_; }
+  /// Ids of liquid that stands on nothing.
+  std::vector<std::uint32_t> hanging() {
+    sort();
+    find_runs();
+    find_bodies();
+    std::vector<std::uint32_t> ids;
+    for (const Run& r : runs_)
+      for (std::size_t i = r.first; i < r.end && !r.stands; ++i) ids.push_back(places_[i].id);
+    return ids;
+  }
 
  private:
   double gravity() const { return std::fabs(part(desc_.gravity, axis_)); }
@@ -640,6 +650,13 @@ void WorldImpl::lay_out() {
 void WorldImpl::start_at_rest() {
   if (desc.hydrostatic_start && steps == 0 && dirty_)
     static_cast<void>(prepare());  // a failure shows at the step
+}
+
+/// Ids of liquid that stands on nothing, by the state that the host has.
+std::vector<std::uint32_t> WorldImpl::hanging() const {
+  if (!(length(desc.gravity) > 0)) return {};
+  const core::HostLoops shared = loops();
+  return Columns(state_, desc, origin_, sound_speed_, {}, fills_, shared).hanging();
 }
 
 /// Compresses liquid as its weight does. Before the first step, at the speed of sound of the scene.

@@ -100,6 +100,9 @@ Result<std::uint64_t> World::add_fluid(const FluidDesc& d) {
 Result<BodyId> World::add_solid(const SolidDesc& d) {
   return alone<Result<BodyId>>(impl_.get(), [&] { return impl_->add_solid(d); });
 }
+Result<Settled> World::settle(double seconds) {
+  return alone<Result<Settled>>(impl_.get(), [&] { return impl_->settle(seconds); });
+}
 Result<HeatRegionId> World::add_heat_region(const HeatRegionDesc& desc) {
   return alone<Result<HeatRegionId>>(impl_.get(), [&] { return impl_->add_heat_region(desc); });
 }

@@ -202,6 +202,8 @@ class WorldImpl final : public Scheduler {
   Status apply_impulse(BodyId id, Vec3d impulse, Vec3d angular_impulse);
   Status set_emitter(EmitterId id, const EmitterSetting& setting);
   Status set_heat_region(HeatRegionId id, const std::optional<double>& temperature, double source);
+  // scene/settle.cpp
+  Result<Settled> settle(double seconds);
   // scene/remove.cpp
   Status remove_body(BodyId id);
   Result<std::uint64_t> remove_liquid(const Shape& shape);
@@ -721,10 +723,19 @@ class WorldImpl final : public Scheduler {
   void put_vertex(std::size_t v, std::uint32_t id, std::uint32_t state, std::uint32_t piece);
   void drop_fluid(std::uint32_t id);
   void leave_out(const std::vector<std::uint8_t>& drop);
+  // scene/settle.cpp
+  void make_calm(WorldImpl& calm) const;
+  void fix_bodies();
+  void hold_liquid(const std::vector<std::uint32_t>& hanging);
+  std::array<ForceFieldRecord, physics::most_force_fields> calming_fields(double rate) const;
+  double sound_path() const;
+  Status run_calm(double seconds, const std::atomic<bool>& interrupted, Settled& done);
+  void take_places_of(const WorldImpl& calm, Settled& done);
   // scene/hydrostatic.cpp
   void lay_out();
   void start_at_rest();
   void press_liquid();
+  std::vector<std::uint32_t> hanging() const;
   const core::PointGrid& places();
   void update_state();
   void close_up();

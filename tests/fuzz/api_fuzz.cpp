@@ -1237,6 +1237,28 @@ class Sequence {
     expect(hash && same && *hash == *same, text("step_part differs from the step_within that it repeats",
                                                 saves ? ", of a saved state" : "", first_difference(was)));
   }
+  /// Nothing but places of liquid may be others afterwards.
+  void settle() {
+    if (halted_) return;
+    const double seconds = chance(0.5) ? automatic : or_extreme(0.01, 0.2);
+    note("settle ", seconds, " s");
+    const auto was = world_->particles();
+    const double time = world_->time();
+    refusable_ = true;
+    const auto s = guarded_call("settle", [&] { return world_->settle(seconds); });
+    refusable_ = false;
+    const auto now = world_->particles();
+    if (!was || !now) return;
+    expect(world_->time() == time, "settle() moved the clock");
+    expect(was->id == now->id && was->mass == now->mass && was->tag == now->tag &&
+               was->temperature == now->temperature,
+           "settle() changed more than places");
+    for (std::size_t i = 0; i < now->id.size(); ++i) {
+      const double moved = length(now->position[i] - was->position[i]);
+      expect(length(now->velocity[i] - was->velocity[i]) == 0, "settle() changed a velocity");
+      expect(moved == 0 || (s && is_fluid(now->tag[i])), "settle() moved what it should not");
+    }
+  }
   void interrupt_and_move() {
     if (chance(0.5)) {
       note("another World object");
@@ -1383,7 +1405,9 @@ class Sequence {
     else if (what < 0.97) probe();
     else if (what < 0.978) twin();
     else if (what < 0.985) heir();
-    else {
+    else if (stepped_ == 0 && what < 0.992) {
+      settle();
+    } else {
       note("prepare");
       const Status s = world_->prepare();
       expect(s || wild_, "prepare failed: " + (s ? "" : s.error().message));

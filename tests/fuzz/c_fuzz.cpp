@@ -466,6 +466,7 @@ class Sequence {
     OF_NOTHING(meltsim_world_prepare, nullptr);
     OF_NOTHING(meltsim_world_compact, nullptr, nullptr, nullptr);
     OF_NOTHING(meltsim_world_step, nullptr, 0.01);
+    OF_NOTHING(meltsim_world_settle, nullptr, 0, nullptr);
     OF_NOTHING(meltsim_world_step_within, nullptr, 0.01, 1, nullptr);
     OF_NOTHING(meltsim_world_step_part, nullptr, 0.01, 1, nullptr);
     OF_NOTHING(meltsim_world_watch_events, nullptr, 16, MELTSIM_EVENT_ALL);
@@ -978,7 +979,25 @@ class Sequence {
     return number(
         (std::isfinite(stable) && stable > 0 ? std::min(stable, 0.05) : 1e-3) * pick({0.3, 1.0, 2.5}), 0.05);
   }
+  void settle() {
+    const double seconds = chance(0.5) ? 0 : number(0.01, 0.01);
+    meltsim_settled to{};
+    to.size = chance(0.1) ? 0 : sizeof to;
+    if (to.size == 0) return refused("settle", [&] { return meltsim_world_settle(c_.get(), seconds, &to); });
+    if (both(
+            "settle", [&] { return meltsim_world_settle(c_.get(), seconds, &to); },
+            [&] {
+              const auto s = cpp_->settle(seconds);
+              if (s)
+                expect(s->seconds == to.seconds && s->substeps == to.substeps && s->farthest == to.farthest &&
+                           s->fastest == to.fastest,
+                       "liquid that came to rest twice");
+              return s;
+            }))
+      expect(to.size == sizeof to, "a size was changed");
+  }
   void step() {
+    if (chance(0.1)) settle();
     const double dt = length_of_step();
     if (chance(0.15)) {
       meltsim_world_interrupt(c_.get());

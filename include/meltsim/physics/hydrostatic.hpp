@@ -60,6 +60,12 @@ inline std::vector<double> hydrostatic_fractions(double on_top, const std::vecto
   return phi;
 }
 
+/// Rate of the drag [1/s] that lets liquid come to rest soonest: the slowest sound wave that there is along a path [m] between walls or to a
+/// surface decays without swinging on for long. c: sound speed [m/s].
+inline double settling_rate(double c, double path) { return 2 * c / path; }
+/// How long that takes [s]: such a wave is down to exp(-5) of what it was, as rate/2 says.
+inline double settling_time(double c, double path) { return 5 * path / c; }
+
 /// Middles of cells of these heights on top of each other, the lowest first, from `bottom` on.
 inline std::vector<double> stacked(const std::vector<double>& cells, double bottom) {
   std::vector<double> middles(cells.size());
