@@ -237,6 +237,14 @@ void WorldImpl::derive_sound_speed() {
   sound_speed_ = steps == 0 ? c : std::max(sound_speed_, c);
 }
 
+/// Whether anything sets what is at rest in motion. Else sub-steps are as long as the host steps, as where nothing can move.
+bool WorldImpl::driven() const {
+  bool tension = false;
+  for (std::size_t i = 0; i < materials.size(); ++i)
+    tension = tension || (materials[i].surface_tension > 0 && may_be_liquid(i));
+  return tension || length(desc.gravity) > 0 || seen_.speed > 0 || any_field();
+}
+
 /// Whether steps are to be refused, by what the scene holds now. After derive_sound_speed().
 void WorldImpl::look_for_refusal() {
   Status s = check_sound_speed();

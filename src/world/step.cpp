@@ -68,7 +68,7 @@ void WorldImpl::heat_plan(double dt, int& stages, int& supersteps, double& heat_
   if (!one)
     supersteps = static_cast<int>(
         std::min(std::ceil(reach / physics::stage_reach(most)), double(most_supersteps) + 1));
-  if (!std::isfinite(largest_substep()))
+  if (!std::isfinite(largest_substep()) || !driven())
     supersteps = std::max(supersteps, static_cast<int>(std::min(physics::resting_supersteps(reach),
                                                                 double(desc.heat.max_supersteps))));
   stages = supersteps > most_supersteps ? most : physics::stage_count(reach / supersteps, changes_phase_);

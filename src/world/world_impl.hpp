@@ -574,6 +574,7 @@ class WorldImpl final : public Scheduler {
   Status check_sound_speed() const;
   const MaterialDesc* undamped_liquid() const;
   Status check_damping() const;
+  bool driven() const;
   void look_for_refusal();
   core::SceneConstants constants() const;
   std::uint64_t planned_emission() const;

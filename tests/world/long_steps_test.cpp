@@ -145,6 +145,42 @@ Melted melted(double time, int steps) {
   return out;
 }
 
+// A slab at 300 degrees whose one face is held at 100: the mean of what it lacks is 200 (1/2 - sum over odd n of 4/(n pi)^2
+// exp(-n^2 pi^2 D t/L^2)). Liquid that nothing drives takes sub-steps of 0.1 s, in a time lapse 0.3 of L^2/D, and heat that is as right as a body's, to 1 %: of the
+// walls, whose particles lie half a spacing in, 0.4 %.
+TEST(LongSteps, LiquidThatNothingDrivesConductsAsBodiesDo) {
+  MELTSIM_NEEDS_BACKEND();
+  constexpr double pi = 3.14159265358979323846, length = 0.12, density = 2400, capacity = 1000, k = 95;
+  WorldDesc d = describe();
+  d.spacing = dx;
+  d.gravity = {0, 0, 0};
+  d.domain.bounded = true;
+  d.domain.max = {0.06, length, 0.06};
+  d.domain.heat[2].temperature = 100;
+  d.domain.heat[3].temperature = 300;
+  d.heat.time_scale = 1150;
+  World w = std::move(*World::create(d));
+  MaterialDesc m;
+  m.name = "metal";
+  m.density = density;
+  m.heat_capacity = capacity;
+  m.conductivity = k;
+  FluidDesc f;
+  f.material = *w.add_material(m);
+  f.shape = Shape::box({0, 0, 0}, {0.06, length, 0.06});
+  f.temperature = 300;
+  require(w.add_fluid(f));
+  for (int step = 1; step <= 3; ++step) {
+    require(w.step(0.1));
+    double lacks = 0.5;
+    for (int n = 1; n < 20; n += 2)
+      lacks -= 4 / (n * n * pi * pi) *
+               std::exp(-n * n * pi * pi * k / (density * capacity) * 115 * step / (length * length));
+    const double exact = -200 * lacks * density * capacity * length * 0.06 * 0.06;
+    EXPECT_NEAR(w.totals()->heat_in, exact, 0.01 * -exact) << step;
+  }
+}
+
 // Heat flows from warm to cold, so that nothing gets warmer than the wall or colder than the ice, and a step 20 times as long comes to the
 // same heat but for the error of its integrator, of first order (5 %): 4 dx^2/alpha of ice per sub-step. With 64 stages a particle read 98
 // degrees and the first step took 74 % too much.
