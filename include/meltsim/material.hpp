@@ -85,7 +85,8 @@ struct MaterialDesc {
   std::vector<PropertyPoint> solubility_points;
   double diffusivity_in = 0;  ///< D in the solvent [m^2/s], > 0. Salt in water 1.6e-9, sugar 5e-10.
   /// Heat that a body takes up as it dissolves [J/kg]; negative: it gives heat off. Needs HeatModel::enthalpy, else it has no
-  /// effect. Salt in water 6.7e4.
+  /// effect. Salt in water 6.7e4. Nothing is cooled below 0 K by it: what has no heat left waits for some
+  /// (StepResult::cooled_to_zero).
   double heat_of_solution = 0;
   /// k [m/s], > 0: where the layer of liquid at a dissolving body is thinner than the spacing, a body of the material loses
   /// k rho (w_s - w) per area and time to liquid of content w beside it, whatever D is. Empty: diffusion over one spacing.

@@ -363,7 +363,7 @@ class MELTSIM_API World {
   /// step_within(dt, ...) that took as many, on the same backend to the bit. Waits for them. Errors: those of step().
   Result<TimedStep> step_part(double dt, std::uint64_t substeps);
 
-  /// Makes the running step(), or else the next one, return ErrorCode::interrupted before its next sub-step; on the CPU
+  /// Makes the running step(), or else the next one that is not refused, return ErrorCode::interrupted before its next sub-step; on the CPU
   /// also within a sub-step, which then does not count. The sub-steps before it count, time() is the time reached, and a
   /// further step() continues from there. One call interrupts one step. It may be called from another thread or from a
   /// signal handler while the World exists and is not moved: it sets one atomic flag and does nothing else.

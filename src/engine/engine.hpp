@@ -57,7 +57,7 @@ struct SubstepArguments {
   double viscous_bound = 0;
   double solute_dt = 0;  ///< of one sweep, time-scaled
   int solute_supersteps = 0;
-  double solute_bound = 0;
+  double solute_bound = 0, solute_share = 1;
   const std::vector<BurstArguments>* bursts = nullptr;
   const std::vector<InletLayer>* layers = nullptr;  ///< of nozzles that recycle, at the end of the sub-step
   const std::vector<Steered>* steered = nullptr;

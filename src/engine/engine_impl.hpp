@@ -855,6 +855,7 @@ class EngineImpl final : public Engine {
     w_.solute_dt = a.solute_dt;
     w_.solute_supersteps = static_cast<std::uint32_t>(a.solute_supersteps);
     w_.solute_bound = a.solute_bound;
+    w_.solute_share = a.solute_share;
   }
 
   /// Units of exact sums: integers of 2^-bits of a heavy particle, moved by a spacing per step, at the far end of its body. A
@@ -972,6 +973,7 @@ class EngineImpl final : public Engine {
             bits(a.viscous_dt),
             static_cast<std::uint64_t>(a.viscous_stages),
             bits(a.solute_dt),
+            bits(a.solute_share),
             static_cast<std::uint64_t>(a.solute_supersteps),
             (w_.counted ? 1u : 0u) | (w_.count_ahead ? 2u : 0u) | (w_.next.position != nullptr ? 4u : 0u),
             custom_.generation(),

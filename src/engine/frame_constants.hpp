@@ -185,7 +185,9 @@ void fill_constants(Frame<T>& w, const SceneConstants& c, const SceneLattice& l,
   w.bodies = static_cast<std::uint32_t>(n.count[static_cast<int>(Owner::body)]);
   w.capacity = n.count[static_cast<int>(Owner::particle)];
   w.one_liquid = c.one_liquid;
-  w.precipitates = std::any_of(c.species.begin(), c.species.end(), physics::precipitates<double>);
+  w.solute_rooms = std::any_of(c.species.begin(), c.species.end(), [](const SpeciesRow<double>& s) {
+    return physics::precipitates(s) || s.heat_of_solution != 0;
+  });
   w.species = static_cast<std::uint32_t>(c.species.size());
   w.region_words = words_for(l.max_half_width);
   use_vertices<E>(w, l.vertex_site.size(), n);

@@ -397,7 +397,8 @@ struct Frame {
   double solute_dt = 0;      ///< species.exchange: of one sweep, time-scaled [s]
   std::uint32_t solute_supersteps = 0;
   double solute_bound = 0;    ///< largest exchange over mass at which contents are weighted means [1/s]
-  bool precipitates = false;  ///< solubility of a species depends on temperature
+  double solute_share = 1;    ///< largest share of its mass that a particle exchanges in a sweep [-]
+  bool solute_rooms = false;  ///< a species precipitates or has a heat of solution
   SumUnits sum_units;         ///< lsm.balance
   std::uint32_t event_kinds = 0, event_capacity = 0;  ///< bit per EventKind; rows of the ring
   std::uint64_t touch_entries = 0;                    ///< of the table of contacts

@@ -258,12 +258,14 @@ void WorldImpl::solute_plan(double dt, core::SubstepArguments& a) const {
   a.solute_supersteps = 0;
   a.solute_dt = tau;
   a.solute_bound = infinity;
+  a.solute_share = 1;
   if ((facts_ & core::fact_species) == 0) return;
   const double reach = physics::stage_reach(1);
   a.solute_supersteps =
       static_cast<int>(std::clamp(std::ceil(tau * solute_lambda_ / reach), 1.0, double(most_supersteps) + 1));
   a.solute_dt = tau / a.solute_supersteps;
   a.solute_bound = reach / (2 * a.solute_dt);
+  a.solute_share = std::clamp(0.5 * a.solute_dt * solute_lambda_, 1e-30, 1.0);
 }
 
 /// Refuses a step that would take too long, as for heat: a sub-step cannot be interrupted.

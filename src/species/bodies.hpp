@@ -38,26 +38,31 @@ MELTSIM_HD bool beside_body(const Frame<T>& w, std::uint32_t k, std::uint64_t i)
 struct Content {
   double fraction{}, saturation{};  ///< w, w_s
   bool crystal{};                   ///< of a body, or supersaturated beside one
+  physics::SoluteDrive drive;
 };
+
+/// Heat above 0 K at slot i [J/kg].
+template <class T>
+MELTSIM_HD double heat_at(const Frame<T>& w, std::uint64_t i) {
+  return w.f.enthalpy[i] / static_cast<double>(w.f.mass[i]) - w.f.materials[material_of(w.f.tag[i])].coldest;
+}
+
 template <class T>
 MELTSIM_HD Content content_at(const Frame<T>& w, std::uint32_t k, std::uint64_t i, std::uint32_t tag) {
-  const Content c{core::fraction_at(w, k, i), core::saturation_at(w, k, i), is_solid(tag)};
-  if (c.crystal || !physics::precipitates(w.f.species[k]) || !(c.fraction > c.saturation)) return c;
-  return {c.fraction, c.saturation, beside_body(w, k, i)};
+  const SpeciesRow<T>& s = w.f.species[k];
+  Content c{core::fraction_at(w, k, i), core::saturation_at(w, k, i), is_solid(tag), {}};
+  if (!c.crystal && physics::precipitates(s) && c.fraction > c.saturation) c.crystal = beside_body(w, k, i);
+  c.drive.potential = physics::solute_potential(c.fraction, c.saturation, c.crystal);
+  if (c.crystal && physics::precipitates(s)) c.drive.room = physics::crystal_room(c.fraction);
+  if (s.heat_of_solution != 0.0)
+    physics::limit_by_heat(s, c.fraction, is_solid(tag), heat_at(w, i), w.solute_share, c.drive);
+  return c;
 }
 
-/// Potential of the exchange at slot i [-].
+/// r of slot i, where it counts for any species.
 template <class T>
-MELTSIM_HD T potential_of(const Content& c) {
-  return static_cast<T>(physics::solute_potential(c.fraction, c.saturation, c.crystal));
-}
-
-/// r of slot i, where a species precipitates.
-template <class T>
-MELTSIM_HD void set_room(const Frame<T>& w, std::uint32_t k, std::uint64_t i, const Content& c) {
-  if (physics::precipitates(w.f.species[k]))
-    w.f.solute_room[i] = c.crystal ? static_cast<T>(physics::crystal_room(c.fraction)) : T(1);
-  else if (w.precipitates) w.f.solute_room[i] = T(1);
+MELTSIM_HD void set_room(const Frame<T>& w, std::uint64_t i, double room) {
+  if (w.solute_rooms) w.f.solute_room[i] = static_cast<T>(room);
 }
 
 /// Potential and resistivity of slot i, which holds species k. Along surfaces the sum over neighbours lacks those beyond: the
@@ -67,7 +72,7 @@ template <class T>
 MELTSIM_HD HeatOperand<T> solute_operand(const Frame<T>& w, std::uint32_t k, std::uint64_t i,
                                          const Content& content) {
   const SpeciesRow<T>& s = w.f.species[k];
-  const T potential = potential_of<T>(content);
+  const T potential = static_cast<T>(content.drive.potential);
   if (content.crystal && s.surface_resistivity > T(0))
     return {potential, core::marked(s.surface_resistivity)};
   T phi = 0;
@@ -90,11 +95,10 @@ struct SoluteOperandsBody {
     const std::uint32_t tag = w.f.tag[i];
     if (!holds(w.f.species[k], tag)) {
       w.f.solute_operand[i] = {T(0), physics::resistivity_of(T(0))};
-      if (w.precipitates) w.f.solute_room[i] = T(1);
-      return;
+      return set_room(w, i, 1.0);
     }
     const Content content = content_at(w, k, i, tag);
-    set_room(w, k, i, content);
+    set_room(w, i, content.drive.room);
     w.f.solute_operand[i] = solute_operand(w, k, i, content);
   }
 };
@@ -105,7 +109,7 @@ using ExchangeSum = spatial::ExchangeSum<double, T>;
 
 /// One explicit step of species k. What each pair exchanges is the same number at both ends; sums are double, so that the
 /// species is conserved to rounding in double. Only its own particle reads a content, so it is changed in place.
-/// Limited: a species precipitates, and crystals take in what they have room for.
+/// Limited: a species precipitates or has a heat of solution, and particles take in what they have room for.
 template <class T, bool Periodic, bool Limited>
 struct ExchangeBody {
   Frame<T> w;
@@ -175,17 +179,31 @@ struct ExchangeBody {
   template <class Add>
   MELTSIM_HD void finish(std::uint64_t i, const Sum& sum, const Add& add) const {
     if (!takes_part(i)) return;
-    const std::uint32_t tag = w.f.tag[i];
     const auto mass = static_cast<double>(w.f.mass[i]);
     if (begins && static_cast<double>(sum.conductance) > w.solute_bound * mass)
       add(&w.f.status->solute_bound_exceeded, 1);
-    const SpeciesRow<T>& s = w.f.species[k];
     double& content = core::solute_at(w, k, i);
     const double before = content, after = before + sum.rate * dt;
     content = after;
-    if (s.heat_of_solution != 0.0)
-      w.f.enthalpy[i] += s.heat_of_solution * (physics::undissolved(s, after, mass, is_solid(tag)) -
-                                               physics::undissolved(s, before, mass, is_solid(tag)));
+    if constexpr (Limited)
+      if (w.f.species[k].heat_of_solution != 0.0) take_heat(i, before, after, add);
+  }
+  /// Heat of solution as a content changes. Only crowds that exchange more in a sweep than it is meant for could still cool below 0 K:
+  /// they are held there.
+  template <class Add>
+  MELTSIM_HD void take_heat(std::uint64_t i, double before, double after, const Add& add) const {
+    const SpeciesRow<T>& s = w.f.species[k];
+    const bool solid = is_solid(w.f.tag[i]);
+    const auto mass = static_cast<double>(w.f.mass[i]);
+    physics::SoluteDrive drive{physics::solute_potential(before / mass, s.solubility, solid)};
+    const bool lasts = physics::limit_by_heat(s, before / mass, solid, heat_at(w, i), w.solute_share, drive);
+    double& enthalpy = w.f.enthalpy[i];
+    enthalpy += s.heat_of_solution *
+                (physics::undissolved(s, after, mass, solid) - physics::undissolved(s, before, mass, solid));
+    const double coldest = mass * w.f.materials[material_of(w.f.tag[i])].coldest;
+    const bool held = enthalpy < coldest;
+    if (held) enthalpy = coldest;
+    if (held || !lasts) add(&w.f.status->cooled_to_zero, 1);
   }
 };
 
@@ -198,9 +216,9 @@ struct PotentialBody {
     const std::uint32_t tag = w.f.tag[i];
     if (!holds(w.f.species[k], tag)) return;
     const Content content = content_at(w, k, i, tag);
-    set_room(w, k, i, content);
+    set_room(w, i, content.drive.room);
     if (content.crystal) w.f.solute_operand[i] = solute_operand(w, k, i, content);
-    else w.f.solute_operand[i].temperature = potential_of<T>(content);
+    else w.f.solute_operand[i].temperature = static_cast<T>(content.drive.potential);
   }
 };
 

@@ -17,7 +17,7 @@ void exchange(E& ex, const core::Frame<T>& w) {
     for (std::uint32_t k = 0; k < w.species; ++k) {
       ex.for_each(w.particles, SoluteOperandsBody<T>{w, k});
       core::super_steps(ex, plan, [&](const physics::StageFactors<double>& stage) {
-        if (w.precipitates)
+        if (w.solute_rooms)
           spatial::sweep_adding<periodic()>(
               ex, w.particles, ExchangeBody<T, periodic(), true>{w, k, stage.rate, stage.begins});
         else

@@ -52,6 +52,34 @@ TEST(Solute, SaturationFollowsItsTable) {
   EXPECT_EQ(saturation_at(s, 90), 0.6);
 }
 
+// 500 J/kg a tenth of which may go in a sweep: of w_s = 0.6 and 1e5 J/kg they last for 500/1e5 0.4/0.1 = 0.02 of the mass.
+TEST(Solute, AParticleDissolvesNoFurtherThanItsHeatLasts) {
+  auto s = sugar();
+  const auto limited = [&](double w, bool solid, double heat) {
+    SoluteDrive d{0.6, 0.3};
+    const bool lasts = limit_by_heat(s, w, solid, heat, 0.1, d);
+    EXPECT_EQ(lasts, d.potential == 0.6 && d.room == 0.3);
+    return d;
+  };
+  EXPECT_EQ(limited(1.0, true, 0).potential, 0.6);  // no heat of solution
+  s.heat_of_solution = 1e5;
+  EXPECT_NEAR(limited(1.0, true, 500).potential, 0.02, 1e-15);
+  EXPECT_EQ(limited(1.0, true, 500).room, 0);
+  EXPECT_EQ(limited(1.0, true, -1).potential, 0);        // below 0 K already
+  EXPECT_EQ(limited(1.0, true, 2e4).potential, 0.6);     // lasts for 0.8
+  EXPECT_EQ(limited(0.6019, true, 500).potential, 0.6);  // lasts for all that is not dissolved
+  EXPECT_NEAR(limited(0.6021, true, 500).potential, 0.02, 1e-15);
+  EXPECT_EQ(limited(0.7, false, 0).potential,
+            0.6);  // liquid of a species that does not precipitate has no crystals
+  s.heat_of_solution = -1e5;
+  EXPECT_EQ(limited(1.0, true, 500).potential, 0.6);
+  EXPECT_NEAR(limited(1.0, true, 500).room, 0.02, 1e-15);
+  EXPECT_NEAR(limited(0.5, true, 500).room, 0.12, 1e-15);  // up to w_s it takes none
+  EXPECT_EQ(limited(1.0, true, 1e4).room, 0.3);
+  s.saturation.points = 2;  // precipitates: liquid may be crystals
+  EXPECT_NEAR(limited(0.7, false, 500).room, 0.02, 1e-15);
+}
+
 // What one end gets the other loses, to the last bit; crystals get no more than they have room for, and give whatever room
 // they have.
 TEST(Solute, CrystalsTakeInWhatTheyHaveRoomFor) {

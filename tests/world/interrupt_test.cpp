@@ -48,6 +48,20 @@ TEST(Interrupt, EndsTheNextStepBeforeItsFirstSubStepAndNoOther) {
   EXPECT_FALSE(s.world.synchronize().halted);
 }
 
+// A step that is refused was none, and the request holds for the one after it.
+TEST(Interrupt, WaitsWhereAStepIsRefused) {
+  MELTSIM_NEEDS_BACKEND();
+  Scene s = pool();
+  s.world.interrupt();
+  const Status refused = s.world.step(1e9);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::step_too_large) << refused.error().message;
+  const Status status = s.world.step(1e-3);
+  ASSERT_FALSE(status);
+  EXPECT_EQ(status.error().code, ErrorCode::interrupted) << status.error().message;
+  require(s.world.step(1e-3));
+}
+
 // From a stage and from a signal's handler. The sub-steps before count: the state is that of as many steps of that length.
 TEST(Interrupt, KeepsTheSubStepsBefore) {
   MELTSIM_NEEDS_BACKEND();

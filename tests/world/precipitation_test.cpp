@@ -261,6 +261,36 @@ TEST(Precipitation, HeatOfSolutionComesBack) {
   EXPECT_GT(saturation, 0.32);
 }
 
+// Growth that takes heat: it stops where there is none left, and no cell falls below 0 K.
+TEST(Precipitation, NothingGrowsWithoutTheHeatForIt) {
+  MELTSIM_NEEDS_BACKEND();
+  for (const double heat : {-1e7, -1e12}) {
+    WorldDesc d = box_at_rest({11, 6, 6}, 1000);
+    d.heat.model = HeatModel::enthalpy;
+    d.heat.time_scale = 1e4;
+    Solution s = make(d, [&](MaterialDesc& m) { m.heat_of_solution = heat; });
+    add_crystal(s, {0, 0, 0}, {3, 6, 6}, 4);
+    fill(s, {3, 0, 0}, {11, 6, 6}, 0.5);
+    const Sums start = sums(s.world, 0.3);
+    const Ledger begin = *s.world.ledger();
+    for (int k = 0; k < 300; ++k) {
+      require(s.world.step(0.01));
+      ASSERT_GE(s.world.totals()->temperature_min, absolute_zero * (1 + 1e-6)) << heat << " step " << k;
+    }
+    const StepResult r = s.world.synchronize();
+    EXPECT_FALSE(r.halted) << r.halt_reason;
+    EXPECT_TRUE(r.cooled_to_zero);
+    EXPECT_FALSE(r.solute_bound_exceeded);
+    EXPECT_NEAR(sums(s.world, 0.3).solute / start.solute, 1, 1e-12);
+    const Ledger end = *s.world.ledger();
+    const double had = begin.mass * 4186 * (20 - absolute_zero);
+    EXPECT_NEAR(end.solution - begin.solution, begin.thermal - end.thermal, 1e-9 * had);
+    EXPECT_GT(end.solution - begin.solution, 0.1 * had);
+    const auto state = *s.world.snapshot();
+    EXPECT_TRUE(s.world.restore(state.data(), state.size()));
+  }
+}
+
 TEST(Precipitation, NothingNucleatesAndSaturatedSolutionRests) {
   MELTSIM_NEEDS_BACKEND();
   {

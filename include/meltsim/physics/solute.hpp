@@ -30,6 +30,8 @@
 // w, not w/w_s, within liquid of varying temperature, too: Fick's law. The saturation of a body is that at its own
 // temperature, which is what a crystal in a gradient of temperature dissolves and grows by.
 //
+// Heat of solution cools what dissolves. At 0 K nothing dissolves any more, and where growth takes heat nothing grows: limit_by_heat().
+//
 // Time: explicit steps, of which a new w is a weighted mean of old ones while tau sum_j g_ij/m_i <= 1: no content leaves the
 // range of those around it. Runge-Kutta-Legendre stages of first order would not keep that: two of them weigh the particle's
 // own value by 1 - q + q^2/6 plus what comes back by way of neighbours, q = tau sum_j g_ij/m_i, which is below 0 from
@@ -166,6 +168,34 @@ template <class T>
 MELTSIM_HD double undissolved(const SpeciesRow<T>& s, double content, double mass, bool solid) {
   const double above = content - s.solubility * mass;
   return (solid || precipitates(s)) && above > 0.0 ? above / (1.0 - s.solubility) : 0.0;
+}
+
+/// What a particle drives the exchange with [-].
+struct SoluteDrive {
+  double potential{};  ///< u
+  double room = 1;     ///< r
+};
+
+/// Lowers u, or r where growth takes heat, so that no sweep cools a particle below 0 K by its heat of solution: pairs count
+/// what is left at both ends, so that no heat comes from nothing. What gives off less takes in nothing either, since it is no less
+/// soluble. heat: above 0 K [J/kg]; share: the largest of its mass that a particle exchanges in a sweep [-]. Returns whether its
+/// heat lasts without.
+template <class T>
+MELTSIM_HD bool limit_by_heat(const SpeciesRow<T>& s, double w, bool solid, double heat, double share,
+                              SoluteDrive& drive) {
+  if (s.heat_of_solution == 0.0 || !(solid || precipitates(s))) return true;
+  const double cost =
+      std::fabs(s.heat_of_solution) / (1.0 - s.solubility);  // of what is given off or grows [J/kg]
+  const double lasting = maximum(heat, 0.0) / (cost * share), above = w - s.solubility;
+  if (s.heat_of_solution < 0.0) {
+    const double most = maximum(-above, 0.0) + lasting;
+    if (most >= drive.room) return true;
+    drive.room = most;
+    return false;
+  }
+  if (above * cost <= heat || lasting >= drive.potential) return true;
+  drive = {lasting, 0.0};
+  return false;
 }
 
 /// Viscosity of a mixture, species by species: ln mu = sum_k w_k ln mu_k, the solvent's share the rest.
