@@ -20,6 +20,8 @@ using core::invalid;
 namespace {
 /// Sub-steps between two looks at whether the host interrupts.
 constexpr double substeps_at_once = 16;
+/// Far more than any liquid needs: what asks for more is a slip.
+constexpr double most_substeps = 100000;
 
 /// Faces that liquid could leave through hold it. Where walls would be too close to each other for their images, the faces stay open.
 void close_faces(DomainDesc& d, double support) {
@@ -185,7 +187,12 @@ Result<Settled> WorldImpl::settle(double seconds) {
   const double path = calm->sound_path();
   if (!(path > 0) || !(sound_speed_ > 0)) return done;
   calm->force_fields_ = calming_fields(physics::settling_rate(sound_speed_, path));
-  const double wanted = seconds == automatic ? physics::settling_time(sound_speed_, path) : seconds;
+  const double enough = physics::settling_time(sound_speed_, path),
+               wanted = seconds == automatic ? enough : seconds;
+  if (const double substeps = wanted / static_dt_; substeps > most_substeps)
+    return invalid("settle: seconds: ", wanted, " s take ", substeps, " sub-steps, more than ", most_substeps,
+                   "; the depth and the speed of sound ask for ", enough,
+                   " s; give fewer, or let viscosity be implicit where it limits sub-steps");
   const Status s = calm->run_calm(wanted, interrupted_, done);
   if (!s && s.error().code == ErrorCode::interrupted) {
     interrupted_.store(false, std::memory_order_relaxed);

@@ -785,6 +785,7 @@ emitters:
                               ("bodies[0].heat_source=1e6", ["bodies[0].heat_source: nothing in "]),
                               ("bodies[0].carve=false", ["bodies[0].carve: true in the checkpoint, false here: ignored"]),
                               ("solver.hydrostatic_start=false", ["solver.hydrostatic_start: true in the checkpoint, false here: ignored"]),
+                              ("solver.settle=auto", ["solver.settle: 0 in the checkpoint, \"auto\" here: ignored"]),
                               ("emitters[0].nozzle.radius=0.35", ["emitters[0].nozzle.radius: 0.25 in "]),
                               ("probes[0].at=[0.5, 0.3, 0.5]", ["probes[0].at: "])):
             with self.subTest(change=change):
@@ -920,6 +921,18 @@ emitters:
         plan = json.loads(Path(self.path("run", "run.json")).read_text())["plan"]
         self.assertEqual(check, f"{plan['start_bytes'] / 1e6:.1f} MB for the World")
         self.assertGreaterEqual(plan["bytes"], plan["start_bytes"])
+
+    def test_liquid_comes_to_rest_before_the_run_and_says_how_far_it_flowed(self):
+        def said(out, *sets):
+            words = [word for change in (*sets, "bodies=[]", "emitters=[]") for word in ("--set", change)]
+            result = self.meltsim("run", SCENE, "--backend", "cpu", "--steps", "1", "--export", "none", "--no-page", "--out", out, *words)
+            return result.stdout + result.stderr
+        held = said("held", "solver.settle=auto")
+        self.assertRegex(held, r"at rest: [0-9.]+ s in [0-9]+ sub-steps, liquid moved by at most [0-9.e-]+ spacings")
+        self.assertNotIn("solver.settle:", held)
+        column = said("column", "solver.settle=0.5", "fluids[0].shape={box: [[0, 0, 0], [0.8, 1.6, 1.6]]}")
+        self.assertIn("solver.settle: liquid flowed up to", column)
+        self.assertNotIn("at rest", said("as_laid_out"))
 
     def test_trade_has_no_frames(self):
         self.meltsim("trade", SCENE, "--backend", "cpu", "--ensemble", "2", "--out", "trade")

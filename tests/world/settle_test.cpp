@@ -235,6 +235,10 @@ TEST(Settle, RefusesWhatMakesNoSense) {
     ASSERT_FALSE(s);
     EXPECT_NE(s.error().message.find("settle: seconds:"), std::string::npos) << s.error().message;
   }
+  const auto long_rest = w.settle(1e9);
+  ASSERT_FALSE(long_rest);
+  EXPECT_NE(long_rest.error().message.find("more than 100000"), std::string::npos)
+      << long_rest.error().message;
   w.interrupt();
   const auto s = w.settle();
   ASSERT_FALSE(s);

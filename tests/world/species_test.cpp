@@ -5,6 +5,7 @@
 #include <cstring>
 #include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "solutions.hpp"
@@ -744,34 +745,34 @@ TEST(Species, SaltCoolsItsWaterByTheHeatOfSolution) {
 // far below, and the World refused its own snapshot. 2390 K are more than all of it has, 2.4e8 K go in one sweep.
 TEST(Species, NothingDissolvesWithoutTheHeatForIt) {
   MELTSIM_NEEDS_BACKEND();
-  for (const double heat : {1e7, 1e12})
-    for (const Precision precision : {Precision::single_precision, Precision::double_precision}) {
-      WorldDesc d = box_of({8, 6, 6}, 2000, precision);
-      d.heat.time_scale = 1e4;
-      Solution s = make(d, [&](MaterialDesc& m) {
-        m.solubility = 0.5;
-        m.heat_of_solution = heat;
-      });
-      add_body(s, Shape::box({0, 0, 0}, {4 * dx, 6 * dx, 6 * dx}));
-      fill(s, {4, 0, 0}, {8, 6, 6}, 0);
-      const double salt = sum_of(s.world);
-      const Ledger before = *s.world.ledger();
-      for (int k = 0; k < 200; ++k) {
-        require(s.world.step(0.01));
-        ASSERT_GE(s.world.totals()->temperature_min, absolute_zero * (1 + 1e-6)) << heat << " step " << k;
-      }
-      const StepResult r = s.world.synchronize();
-      EXPECT_FALSE(r.halted) << r.halt_reason;
-      EXPECT_TRUE(r.cooled_to_zero);
-      EXPECT_FALSE(r.solute_bound_exceeded);
-      EXPECT_NEAR(sum_of(s.world) / salt, 1, 1e-12);
-      const Ledger after = *s.world.ledger();
-      const double had = before.mass * 4186 * (20 - absolute_zero);
-      EXPECT_NEAR(after.solution - before.solution, before.thermal - after.thermal, 1e-9 * had);
-      EXPECT_GT(after.solution - before.solution, 0.3 * had);  // goes on as heat is conducted to it
-      const auto state = *s.world.snapshot();
-      EXPECT_TRUE(s.world.restore(state.data(), state.size()));
+  for (const auto& [heat, precision] :
+       {std::pair{1e7, Precision::single_precision}, {1e12, Precision::double_precision}}) {
+    WorldDesc d = box_of({8, 6, 6}, 2000, precision);
+    d.heat.time_scale = 1e4;
+    Solution s = make(d, [&](MaterialDesc& m) {
+      m.solubility = 0.5;
+      m.heat_of_solution = heat;
+    });
+    add_body(s, Shape::box({0, 0, 0}, {4 * dx, 6 * dx, 6 * dx}));
+    fill(s, {4, 0, 0}, {8, 6, 6}, 0);
+    const double salt = sum_of(s.world);
+    const Ledger before = *s.world.ledger();
+    for (int k = 0; k < 200; ++k) {
+      require(s.world.step(0.01));
+      ASSERT_GE(s.world.totals()->temperature_min, absolute_zero * (1 + 1e-6)) << heat << " step " << k;
     }
+    const StepResult r = s.world.synchronize();
+    EXPECT_FALSE(r.halted) << r.halt_reason;
+    EXPECT_TRUE(r.cooled_to_zero);
+    EXPECT_FALSE(r.solute_bound_exceeded);
+    EXPECT_NEAR(sum_of(s.world) / salt, 1, 1e-12);
+    const Ledger after = *s.world.ledger();
+    const double had = before.mass * 4186 * (20 - absolute_zero);
+    EXPECT_NEAR(after.solution - before.solution, before.thermal - after.thermal, 1e-9 * had);
+    EXPECT_GT(after.solution - before.solution, 0.3 * had);  // goes on as heat is conducted to it
+    const auto state = *s.world.snapshot();
+    EXPECT_TRUE(s.world.restore(state.data(), state.size()));
+  }
 }
 
 // --- viscosity and transfer --------------------------------------------------------------------------------
