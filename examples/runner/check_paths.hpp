@@ -9,8 +9,9 @@
 
 namespace runner {
 
-/// Fails where a kinematic body, going straight on from where it is now, reaches through a wall before `end` [s]: the library
-/// would refuse that step. Says it as a warning where the run may end sooner, as everything has melted, or the body is gone by then.
+/// Fails where a kinematic body, going straight on or turning on from where it is now, reaches through a wall before `end` [s]: the
+/// library would refuse that step. Says it as a warning where the run may end sooner, as everything has melted, or the body is gone by
+/// then. Warns of bodies that fall out through an open face, with nothing below to land on.
 std::vector<std::string> check_paths(const Scene& scene, Built& built, double end);
 
 }  // namespace runner

@@ -15,7 +15,9 @@
 #include "deep_bodies.hpp"
 #include "expect.hpp"
 #include "explicit_heat.hpp"
+#include "freezing.hpp"
 #include "heat_balance.hpp"
+#include "heat_regions.hpp"
 #include "meltsim/physics/artificial_viscosity.hpp"
 #include "meltsim/physics/flow_curve.hpp"
 #include "meltsim/physics/surface_tension.hpp"
@@ -32,7 +34,6 @@ namespace runner {
 
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
 // Steps are timed for so long, the first one left out: it prepares what others use.
 constexpr double timing_s = 0.4;
 
@@ -57,11 +58,12 @@ class Check {
       : scene_(scene),
         built_(built),
         now_(built.world.synchronize()),
-        balance_(heat_balance(built)),
+        balance_(heat_balance(scene, built)),
         verbose_(verbose) {
     for (const std::string& warning : scene.warnings) warn(warning);
     for (const std::string& warning : missing_mass(scene, built)) warn(warning);
     for (const std::string& warning : deep_bodies(scene)) warn(warning);
+    for (const std::string& warning : uneven_regions(scene)) warn(warning);
     if (now_.solid > 0)
       for (const std::string& warning : softer_than_asked(built)) warn(warning);
   }
@@ -79,11 +81,13 @@ class Check {
     const meltsim::Plan plan = built_.world.plan();
     line("memory", memory_text(built_));
     if (verbose_) print_parts();
-    print_heat();
-    print_freezing();
     std::fflush(stdout);  // what follows takes seconds
     std::optional<Rehearsal> rehearsal;
     if (built_.meltable > 0) rehearsal = rehearse(scene_, built_);
+    if (rehearsal) see_what_melted_away(*rehearsal);
+    print_sources();
+    print_heat();
+    print_freezing();
     print_melting(rehearsal);
     print_cost(rehearsal);
     if (verbose_) fmt::print("\n{}\n", plan.to_string());
@@ -408,14 +412,9 @@ class Check {
                        count_text(points.size() - count)));
   }
 
-  /// What an emitter brings until the end of the scene.
+  /// Particles that an emitter brings until the end of the scene; filling() has those of a reservoir.
   double emitted(const meltsim::EmitterDesc& desc) const {
-    if (desc.level) return 0;  // filling() has that
-    const double until = std::min(desc.until, scene_.time.end);
-    const double area = desc.width > 0 ? desc.width * desc.height : pi * desc.radius * desc.radius;
-    const double volume = area * desc.speed * std::max(0.0, until - desc.from);
-    const double count = volume / std::pow(scene_.world.spacing, 3);
-    return desc.max_particles > 0 ? std::min(count, static_cast<double>(desc.max_particles)) : count;
+    return emitted_volume(scene_, desc) / std::pow(scene_.world.spacing, 3);
   }
 
   /// What fills the domain up to the highest level beyond an open face, less what is there.
@@ -446,6 +445,16 @@ class Check {
                                 std::min(desc.until, scene_.time.end), desc.temperature));
   }
 
+  /// [W] Of heat.regions.
+  void print_sources() {
+    for (const RegionPower& r : region_powers(scene_, built_))
+      line("source",
+           fmt::format("\"{}\": {:.4g} W in the {} particles that are in it at the start{}",
+                       r.region->desc.name, r.power, count_text(r.particles),
+                       r.region->desc.from > 0 ? fmt::format(", from t={:g} s on", r.region->desc.from)
+                                               : std::string()));
+  }
+
   void print_heat() {
     const bool melts = std::any_of(scene_.materials.begin(), scene_.materials.end(),
                                    [](const SceneMaterial& m) { return !m.becomes.empty(); });
@@ -455,8 +464,19 @@ class Check {
     else if (!others.empty()) line("heat", "also from " + others);
   }
 
+  /// Where a trial melted all that liquid freezes onto, nothing freezes any more.
+  void see_what_melted_away(const Rehearsal& rehearsal) {
+    if (rehearsal.gone.empty()) return;
+    const bool cold = balance_ && balance_->end_temperature < balance_->melting_point;
+    for (const std::string& warning :
+         will_not_freeze(scene_, rehearsal.gone, cold, "in a trial" + rehearsal.with()))
+      warn(warning);
+    if (balance_) balance_->freezes_onto = false;
+  }
+
   /// What liquid freezes onto: lattice sites of bodies alone.
   void print_freezing() {
+    for (const std::string& warning : nothing_to_freeze_onto(scene_)) warn(warning);
     for (const SceneMaterial& m : scene_.materials) {
       if (!m.desc.freezes) continue;
       bool there = false, grows = false;
@@ -465,13 +485,7 @@ class Check {
         there = true;
         grows = grows || body.desc.growth > 0;
       }
-      if (!there)
-        warn(
-            fmt::format("\"{}\" freezes onto bodies of \"{}\", and there is none: it stays liquid however "
-                        "cold it is; add one, "
-                        "with `growth`",
-                        m.becomes, m.desc.name));
-      else if (!grows)
+      if (there && !grows)
         line("freezing",
              fmt::format("of \"{}\" only where a body of \"{}\" has melted before; `growth` lets it grow",
                          m.becomes, m.desc.name));
@@ -483,10 +497,18 @@ class Check {
     return built_.dissolves || !balance_ || !heat_sources_text(scene_).empty() ? 1 : balance_->melts;
   }
 
+  /// Whether a scene is about what freezes: nothing in it melts.
+  bool only_freezes(const Rehearsal& seen) const {
+    if (seen.melted_at(std::min(seen.until, scene_.time.end)) >= least_share) return false;
+    return seen.frozen >= least_share || (balance_ && balance_->freezes > 0 && balance_->freezes_onto);
+  }
+
   void print_melting(const std::optional<Rehearsal>& rehearsal) {
     if (!rehearsal) return;
-    const char* name = built_.melts ? "melting" : "dissolving";
-    line(name, melting_text(*rehearsal, built_, scene_.time.end, most_that_melts()));
+    if (only_freezes(*rehearsal)) line("freezing", freezing_text(*rehearsal, built_, scene_.time.end));
+    else
+      line(built_.melts ? "melting" : "dissolving",
+           melting_text(*rehearsal, built_, scene_.time.end, most_that_melts()));
     if (!rehearsal->stopped.empty())
       warn(fmt::format("a trial{} {}; the run is likely to end so, too", rehearsal->with(),
                        rehearsal->stopped));

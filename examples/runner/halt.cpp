@@ -28,9 +28,40 @@ std::string refusal_text(const Scene& scene, const std::string& message) {
   return message.substr(call.size() - 6);
 }
 
+namespace {
+
+/// A body that has left through an open face, which only liquid is removed at, where the halt is of its particle; or empty.
+std::string fallen_body(const Scene& scene, meltsim::World& world, const std::string& reason) {
+  const meltsim::DomainDesc& domain = scene.world.domain;
+  const auto pieces = world.pieces();
+  if (!domain.bounded || !pieces) return {};
+  const char* const names[] = {"-x", "+x", "-y", "+y", "-z", "+z"};
+  for (const meltsim::PieceInfo& piece : *pieces) {
+    const std::string& name = scene.bodies.at(piece.body.index).desc.name;
+    if (reason.find("(body \"" + name + "\")") == std::string::npos) continue;
+    const meltsim::Box& b = piece.bounds;
+    const bool beyond[] = {b.max.x<domain.min.x, b.min.x> domain.max.x,
+                           b.max.y<domain.min.y, b.min.y> domain.max.y,
+                           b.max.z<domain.min.z, b.min.z> domain.max.z};
+    for (std::size_t face = 0; face < 6; ++face)
+      if (beyond[face] && domain.faces[face] == meltsim::Face::open)
+        return fmt::format(
+            "body \"{}\" has left the domain through its open face {} and is at ({:.3g}, {:.3g}, {:.3g}) m; "
+            "only liquid is removed there: close the face (domain.walls: {{{}: wall}}), put a fixed body as "
+            "a "
+            "floor below it, or end the run before (time.end)",
+            name, names[face], piece.center.x, piece.center.y, piece.center.z, names[face]);
+  }
+  return {};
+}
+
+}  // namespace
+
 // A shorter step can help where the largest speed is one that things may have, not one that came of numbers gone wrong.
 std::string halt_advice(const Scene& scene, meltsim::World& world, const meltsim::StepResult& result,
                         double dt, double coarseness) {
+  if (const std::string fallen = fallen_body(scene, world, result.halt_reason); !fallen.empty())
+    return fallen;
   constexpr double worth_trying = 1e-3;
   const double stable = world.stable_dt(), speed = result.max_speed;
   double limit = dt / 2;

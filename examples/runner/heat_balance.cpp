@@ -7,7 +7,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "check_heat.hpp"
 #include "expect.hpp"
+#include "meltsim/physics/property_table.hpp"
 #include "numbers.hpp"
 
 namespace runner {
@@ -45,84 +47,167 @@ std::optional<double> common_melting_point(const std::vector<meltsim::MaterialDe
   return point;
 }
 
+/// [J/(kg K)] The mean of a material between two temperatures.
+double mean_capacity(const meltsim::MaterialDesc& m, double from, double to) {
+  if (m.heat_capacity_points.empty()) return m.heat_capacity;
+  meltsim::physics::PropertyTable<double> table;
+  for (const meltsim::PropertyPoint& p : m.heat_capacity_points) {
+    table.temperature[table.points] = p.temperature;
+    table.value[table.points++] = p.value;
+  }
+  if (std::fabs(to - from) < 1e-3) return meltsim::physics::property_at(table, from);
+  return (meltsim::physics::capacity_integral(table, to) - meltsim::physics::capacity_integral(table, from)) /
+         (to - from);
+}
+
+/// Whether it brings a known mass.
+bool is_counted(const SceneEmitter& emitter) {
+  return !emitter.desc.level && !emitter.desc.recycle && std::isfinite(emitter.desc.until);
+}
+
+/// What is counted, against a common melting point.
+class Balance {
+ public:
+  Balance(const Scene& scene, Built& built, double point) : scene_(scene), built_(built), point_(point) {
+    for (const meltsim::MaterialId id : built.material_ids) table_.push_back(built.world.material(id));
+    solid_of_ = what_freezes(table_);
+    result_.melting_point = point;
+  }
+
+  HeatBalance of_all() {
+    const meltsim::ParticleData data = expect(built_.world.particles());
+    for (std::size_t i = 0; i < data.id.size(); ++i) {
+      const std::size_t row = meltsim::material_of(data.tag[i]);
+      if (meltsim::is_fluid(data.tag[i]))
+        add_liquid(row, data.mass[i], data.temperature[i], data.liquid_fraction[i]);
+      else if (meltsim::is_solid(data.tag[i])) add_solid(row, data.mass[i], data.temperature[i]);
+    }
+    for (const SceneEmitter& emitter : scene_.emitters) add_emitter(emitter);
+    settle();
+    return result_;
+  }
+
+ private:
+  void add_liquid(std::size_t row, double mass, double temperature, double liquid_fraction) {
+    const double capacity = mass * mean_capacity(table_.at(row), point_, temperature);
+    sums_.heat += capacity * (temperature - point_);
+    sums_.capacity += capacity;
+    result_.liquid = true;
+    const meltsim::MaterialDesc* const solid = solid_of_.at(row);
+    if (solid == nullptr) return;
+    sums_.freezing += mass * solid->latent_heat * liquid_fraction;
+    sums_.thawed_capacity += capacity;
+    sums_.frozen_capacity += mass * mean_capacity(*solid, point_, point_);
+  }
+
+  void add_solid(std::size_t row, double mass, double temperature) {
+    const meltsim::MaterialDesc& material = table_.at(row);
+    const double capacity = mass * mean_capacity(material, point_, temperature);
+    if (!material.melts_into) {
+      sums_.heat += capacity * (temperature - point_);
+      sums_.capacity += capacity;
+      result_.bodies = true;
+      return;
+    }
+    sums_.warming += capacity * (point_ - temperature);
+    sums_.latent += mass * material.latent_heat;
+    sums_.solid_capacity += capacity;
+    sums_.melted_capacity += mass * mean_capacity(built_.world.material(material.melts_into), point_, point_);
+    result_.freezes_onto = result_.freezes_onto || material.freezes;
+  }
+
+  void add_emitter(const SceneEmitter& emitter) {
+    const auto name = std::find(built_.materials.begin(), built_.materials.end(), emitter.material);
+    if (!is_counted(emitter) || name == built_.materials.end()) return;
+    const auto row = static_cast<std::size_t>(name - built_.materials.begin());
+    add_liquid(row, table_.at(row).density * emitted_volume(scene_, emitter.desc), emitter.desc.temperature,
+               1);
+  }
+
+  void settle() {
+    HeatBalance& b = result_;
+    b.available = sums_.heat;
+    b.needed = sums_.warming + sums_.latent;
+    b.freezing = sums_.freezing;
+    const double left = b.available - b.needed, spare = b.available - sums_.warming;
+    b.cold = std::max(0.0, -spare);
+    b.end_temperature = point_;
+    if (left >= 0) {
+      b.melts = 1;
+      b.end_temperature += left / (sums_.capacity + sums_.melted_capacity);
+    } else if (spare >= 0) {
+      b.melts = sums_.latent > 0 ? spare / sums_.latent : 0;
+    } else if (b.cold < sums_.freezing) {
+      b.freezes = b.cold / sums_.freezing;
+    } else {
+      b.freezes = sums_.freezing > 0 ? 1 : 0;
+      b.end_temperature += (spare + sums_.freezing) / (sums_.capacity - sums_.thawed_capacity +
+                                                       sums_.frozen_capacity + sums_.solid_capacity);
+    }
+  }
+
+  const Scene& scene_;
+  Built& built_;
+  double point_;
+  std::vector<meltsim::MaterialDesc> table_;
+  std::vector<const meltsim::MaterialDesc*> solid_of_;
+  Sums sums_;
+  HeatBalance result_;
+};
+
+/// What the balance is about, and how far it goes.
+std::string start_text(const HeatBalance& b) {
+  if (b.freezes > 0)
+    return fmt::format("what is cold takes up {:.2g} times what freezing gives off",
+                       b.freezing > 0 ? b.cold / b.freezing : 0);
+  const std::string who = !b.bodies  ? "the liquid holds"
+                          : b.liquid ? "the liquid and what does not melt hold"
+                                     : "what does not melt holds";
+  return fmt::format("{} {:.2g} times what melting takes", who,
+                     b.needed > 0 ? std::max(0.0, b.available / b.needed) : 0);
+}
+
+std::string end_text(const HeatBalance& b) {
+  if (b.melts >= 1) return "everything melts";
+  if (b.melts > 0) return percent_text(b.melts) + " of the solid melts";
+  if (!(b.freezes > 0)) return "nothing melts";
+  if (!b.freezes_onto) return "all stays liquid, as there is nothing that it freezes onto,";
+  if (b.freezes >= 1) return "all that can freeze is frozen";
+  return percent_text(b.freezes) + " of what can freeze is frozen";
+}
+
 }  // namespace
 
-std::optional<HeatBalance> heat_balance(Built& built) {
+std::optional<HeatBalance> heat_balance(const Scene& scene, Built& built) {
   if (built.meltable == 0) return std::nullopt;
   std::vector<meltsim::MaterialDesc> table;
   for (const meltsim::MaterialId id : built.material_ids) table.push_back(built.world.material(id));
   const auto point = common_melting_point(table);
   if (!point) return std::nullopt;
-  const std::vector<const meltsim::MaterialDesc*> solid_of = what_freezes(table);
-  const meltsim::ParticleData data = expect(built.world.particles());
-  Sums sums;
-  HeatBalance balance;
-  for (std::size_t i = 0; i < data.id.size(); ++i) {
-    const std::size_t row = meltsim::material_of(data.tag[i]);
-    const meltsim::MaterialDesc& material = table.at(row);
-    const double capacity = data.mass[i] * material.heat_capacity;
-    const bool fluid = meltsim::is_fluid(data.tag[i]);
-    if (fluid || (meltsim::is_solid(data.tag[i]) && !material.melts_into)) {
-      sums.heat += capacity * (data.temperature[i] - *point);
-      sums.capacity += capacity;
-      (fluid ? balance.liquid : balance.bodies) = true;
-      if (const meltsim::MaterialDesc* const solid = fluid ? solid_of.at(row) : nullptr) {
-        sums.freezing += data.mass[i] * solid->latent_heat * data.liquid_fraction[i];
-        sums.thawed_capacity += capacity;
-        sums.frozen_capacity += data.mass[i] * solid->heat_capacity;
-      }
-    } else if (meltsim::is_solid(data.tag[i])) {
-      sums.warming += capacity * (*point - data.temperature[i]);
-      sums.latent += data.mass[i] * material.latent_heat;
-      sums.solid_capacity += capacity;
-      sums.melted_capacity += data.mass[i] * built.world.material(material.melts_into).heat_capacity;
-    }
-  }
-  balance.melting_point = *point;
-  balance.available = sums.heat;
-  balance.needed = sums.warming + sums.latent;
-  const double left = balance.available - balance.needed, spare = balance.available - sums.warming;
-  if (left >= 0) {
-    balance.melts = 1;
-    balance.end_temperature = *point + left / (sums.capacity + sums.melted_capacity);
-  } else if (spare >= 0) {
-    balance.melts = sums.latent > 0 ? spare / sums.latent : 0;
-    balance.end_temperature = *point;
-  } else if (-spare < sums.freezing) {
-    balance.freezes = -spare / sums.freezing;
-    balance.end_temperature = *point;
-  } else {
-    balance.freezes = sums.freezing > 0 ? 1 : 0;
-    balance.end_temperature = *point + (spare + sums.freezing) / (sums.capacity - sums.thawed_capacity +
-                                                                  sums.frozen_capacity + sums.solid_capacity);
-  }
-  return balance;
+  return Balance(scene, built, *point).of_all();
 }
 
 std::string heat_balance_text(const HeatBalance& balance, const std::string& others) {
   if (!balance.liquid && !balance.bodies)
     return fmt::format("melting takes {:.3g} J, {}", balance.needed,
                        others.empty() ? "and nothing here brings heat" : "which has to come from " + others);
-  const std::string who = !balance.bodies  ? "the liquid holds"
-                          : balance.liquid ? "the liquid and what does not melt hold"
-                                           : "what does not melt holds";
-  const auto percent_of = [](double share, const char* rest) { return percent_text(share) + rest; };
-  const std::string end = balance.melts >= 1     ? "everything melts"
-                          : balance.melts > 0    ? percent_of(balance.melts, " of the solid melts")
-                          : balance.freezes >= 1 ? "all that can freeze is frozen"
-                          : balance.freezes > 0 ? percent_of(balance.freezes, " of what can freeze is frozen")
-                                                : "nothing melts";
-  return fmt::format("{} {:.2g} times what melting takes: in the end {} at {:.3g} C{}", who,
-                     balance.needed > 0 ? std::max(0.0, balance.available / balance.needed) : 0, end,
+  return fmt::format("{}: in the end {} at {:.3g} C{}", start_text(balance), end_text(balance),
                      balance.end_temperature, others.empty() ? "" : "; not counted: " + others);
+}
+
+double emitted_volume(const Scene& scene, const meltsim::EmitterDesc& desc) {
+  constexpr double pi = 3.14159265358979323846;
+  if (desc.level) return 0;
+  const double area = desc.width > 0 ? desc.width * desc.height : pi * desc.radius * desc.radius;
+  const double cell = std::pow(scene.world.spacing, 3);
+  const double volume = area * desc.speed * std::max(0.0, std::min(desc.until, scene.time.end) - desc.from);
+  return desc.max_particles > 0 ? std::min(volume, static_cast<double>(desc.max_particles) * cell) : volume;
 }
 
 std::string heat_sources_text(const Scene& scene) {
   std::vector<std::string> names;
-  const auto acts = [](const meltsim::SurfaceHeatDesc& surface) {
-    return surface.temperature || surface.flux != 0 || surface.convection != 0 || surface.emissivity != 0;
-  };
-  if (std::any_of(scene.world.domain.heat.begin(), scene.world.domain.heat.end(), acts))
+  if (std::any_of(scene.world.domain.heat.begin(), scene.world.domain.heat.end(),
+                  [](const meltsim::SurfaceHeatDesc& surface) { return acts(surface); }))
     names.push_back("walls");
   if (acts(scene.world.heat.free_surface)) names.push_back("the liquid's free surface");
   for (const SceneBody& body : scene.bodies) {
@@ -132,7 +217,7 @@ std::string heat_sources_text(const Scene& scene) {
   for (const SceneHeatRegion& region : scene.heat_regions)
     names.push_back(fmt::format("region \"{}\"", region.desc.name));
   for (const SceneEmitter& emitter : scene.emitters)
-    names.push_back(fmt::format("emitter \"{}\"", emitter.desc.name));
+    if (!is_counted(emitter)) names.push_back(fmt::format("emitter \"{}\"", emitter.desc.name));
   constexpr std::size_t most = 3;
   if (names.size() > most) {
     const std::string rest = fmt::format("{} more", names.size() - most);

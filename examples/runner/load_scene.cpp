@@ -13,6 +13,7 @@
 #include <sstream>
 
 #include "builtin.hpp"
+#include "check_heat.hpp"
 #include "check_units.hpp"
 #include "failure.hpp"
 #include "load_parts.hpp"
@@ -138,6 +139,7 @@ void load_sections(const Node& root, Scene& scene) {
   for (const SceneList& list : scene_lists())
     if (list.named) check_names(root, list.name);
   check_units(root, scene);
+  check_heat(root, scene);
   for (const SceneMaterial& material : scene.materials)
     add_look(scene.output, material.desc.name, material.color);
   for (const SceneBody& body : scene.bodies)

@@ -26,6 +26,7 @@ configure_file(${reader_dir}/show/replay_html.cpp.in replay_html.cpp @ONLY)
 add_library(meltsim_reader STATIC
   ${reader_dir}/builtin.cpp
   ${reader_dir}/build_world.cpp
+  ${reader_dir}/check_heat.cpp
   ${reader_dir}/check_units.cpp
   ${reader_dir}/checkpoint.cpp
   ${reader_dir}/csv.cpp

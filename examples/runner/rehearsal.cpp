@@ -8,7 +8,9 @@
 #include <cmath>
 #include <optional>
 
+#include "expect.hpp"
 #include "failure.hpp"
+#include "freezing.hpp"
 #include "halt.hpp"
 #include "recorder.hpp"
 #include "resolution.hpp"
@@ -113,12 +115,11 @@ std::string share_text(const Rehearsal& seen, const Built& built, double end, do
   const char* verb = built.melts ? "melts" : "dissolves";
   std::string text;
   if (share >= 1) text = fmt::format("everything {} by about t={:.2g} s", verb, all);
-  else if (share < 0.005) text = fmt::format("next to nothing {} by t={:g} s", verb, end);
+  else if (share < least_share) text = fmt::format("next to nothing {} by t={:g} s", verb, end);
   else text = fmt::format("about {:.2g} % of the solid by t={:g} s", 100 * share, end);
   if (share >= telling && share < 1 && std::isfinite(all) && most >= 1)
     text += fmt::format(", all of it by about t={:.2g} s{}", all, broken_off ? "" : " (extrapolated)");
-  // Half a percent of the solid is next to nothing.
-  if (share < most - 0.005) text += fmt::format("; {} makes it faster", pace_keys(built));
+  if (share < most - least_share) text += fmt::format("; {} makes it faster", pace_keys(built));
   return text;
 }
 
@@ -138,6 +139,41 @@ std::string melting_text(const Rehearsal& seen, const Built& built, double end, 
   return fmt::format("{} (extrapolated: {}, when {:.2g} % had {})", share_text(seen, built, end, most, true),
                      how, 100 * melted, built.melts ? "melted" : "dissolved");
 }
+
+std::string freezing_text(const Rehearsal& seen, const Built& built, double end) {
+  if (!seen.untried.empty()) return "not estimated: " + seen.untried;
+  if (!seen.stopped.empty())
+    return fmt::format("not estimated: a trial{} came to t={:.3g} s only", seen.with(), seen.until);
+  const bool whole = seen.until >= end * (1 - 1e-6), little = seen.frozen < least_share;
+  const std::string until = fmt::format("t={:.2g} s", whole ? end : seen.until);
+  return fmt::format("{} by {}{} (tried{}){}",
+                     little ? "next to nothing freezes"
+                     : seen.frozen >= 1
+                         ? "everything that can has frozen"
+                         : fmt::format("about {:.2g} % of what can freeze is frozen", 100 * seen.frozen),
+                     until, little ? fmt::format("; {} makes it faster", pace_keys(built)) : "", seen.with(),
+                     whole || seen.frozen >= 1 ? "" : "; beyond that it was not tried");
+}
+
+namespace {
+
+/// What is frozen of what can, since a start at which so many particles had melted and frozen.
+double frozen_share(const Scene& scene, Built& built, const meltsim::StepResult& now) {
+  if (now.frozen <= now.melted) return 0;
+  std::vector<std::string> liquids;
+  for (const SceneMaterial& m : scene.materials)
+    if (m.desc.freezes) liquids.push_back(m.becomes);
+  const meltsim::ParticleData all = expect(built.world.particles());
+  std::size_t liquid = 0;
+  for (const meltsim::ParticleTag tag : all.tag)
+    if (meltsim::is_fluid(tag) && std::find(liquids.begin(), liquids.end(),
+                                            built.materials.at(meltsim::material_of(tag))) != liquids.end())
+      ++liquid;
+  const double frozen = static_cast<double>(now.frozen - now.melted);
+  return frozen / (frozen + static_cast<double>(liquid));
+}
+
+}  // namespace
 
 Rehearsal rehearse(const Scene& scene, Built& built) {
   Rehearsal seen;
@@ -180,6 +216,10 @@ Rehearsal rehearse(const Scene& scene, Built& built) {
       seen.melting.push_back(
           {seen.until, std::min(1.0, static_cast<double>(net_melted(now.melted, now.frozen)) / meltable)});
       if (std::chrono::duration<double>(Clock::now() - start).count() > seconds_limit) break;
+    }
+    if (seen.stopped.empty()) {
+      seen.gone = melted_away(coarser_scene, coarse);
+      seen.frozen = frozen_share(coarser_scene, coarse, coarse.world.synchronize());
     }
     if (seen.until > 0) seen.substeps_per_s = substeps / seen.until * seen.coarseness;
   } catch (const Failure& failure) {  // a body too small for the coarser lattice, say

@@ -9,6 +9,9 @@
 
 namespace runner {
 
+// Half a percent of the solid is next to nothing.
+constexpr double least_share = 0.005;
+
 /// How the solid melts, as the scene with coarser particles showed it.
 struct Rehearsal {
   struct Sample {
@@ -16,11 +19,13 @@ struct Rehearsal {
     double melted;  ///< share of what could melt at the start
   };
   std::vector<Sample> melting;  ///< from 0 on
+  double frozen = 0;            ///< of what could freeze the share that had at the end, less what had melted
   double coarseness = 1;        ///< spacing over that of the scene; 1 = the scene itself
   double until = 0;             ///< [s] how far it came
   double substeps_per_s = 0;    ///< of the scene itself, at the speeds that were seen
   std::string untried;          ///< why nothing was tried; empty: it was
-  std::string stopped;          ///< how the trial ended at `until`, and what to change; empty: as it should
+  std::vector<std::string> gone;  ///< solids that freeze, of which nothing was left at the end
+  std::string stopped;            ///< how the trial ended at `until`, and what to change; empty: as it should
 
   /// Estimated share at a time. Beyond `until` the last half of the curve goes on as a power of time.
   double melted_at(double time) const;
@@ -33,6 +38,9 @@ struct Rehearsal {
 /// What `check` says of it: how much melts until `end` [s], how far that was tried, and what of it is extrapolated.
 /// most: share of the solid that can melt at all.
 std::string melting_text(const Rehearsal& seen, const Built& built, double end, double most);
+
+/// Likewise of a scene in which nothing melts and liquid freezes.
+std::string freezing_text(const Rehearsal& seen, const Built& built, double end);
 
 /// Tries a scene in which something can melt. Takes a few seconds at most.
 Rehearsal rehearse(const Scene& scene, Built& built);

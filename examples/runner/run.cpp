@@ -11,6 +11,8 @@
 #include "expect.hpp"
 #include "failure.hpp"
 #include "files.hpp"
+#include "freezing.hpp"
+#include "heat_regions.hpp"
 #include "interrupt.hpp"
 #include "missing_mass.hpp"
 #include "resumed_scene.hpp"
@@ -87,6 +89,8 @@ void Run::resolve_dt() {
 void Run::begin() {
   for (const std::string& warning : missing_mass(scene_, built_)) log_.warn(warning);
   for (const std::string& warning : deep_bodies(scene_)) log_.warn(warning);
+  for (const std::string& warning : nothing_to_freeze_onto(scene_)) log_.warn(warning);
+  for (const std::string& warning : uneven_regions(scene_)) log_.warn(warning);
   recorder_.emplace(scene_, directory_, built_, frames_until(planned_end()), nullptr, wants_still(),
                     options_.page);
   state_.meltable = built_.meltable;

@@ -74,6 +74,7 @@ class Run {
   void write_ready_frames();
   void diverge(const Flight& flight, const meltsim::StepResult& result);
   void warn_about(const meltsim::StepResult& result, std::uint64_t next_frame);
+  void warn_at_end(Outcome outcome);
   void check_melted(double time);
   void update_progress(double time);  ///< [s] simulated so far
   void show_progress(double time);    ///< likewise

@@ -10,6 +10,7 @@
 #include "explicit_heat.hpp"
 #include "failure.hpp"
 #include "files.hpp"
+#include "freezing.hpp"
 #include "halt.hpp"
 #include "interrupt.hpp"
 #include "library_error.hpp"
@@ -169,6 +170,24 @@ void Run::finish_pictures(Outcome outcome) {
   }
 }
 
+void Run::warn_at_end(Outcome outcome) {
+  if (options_.overwrite) {
+    const std::size_t stale = stale_frames(directory_, state_.next_frame - 1, scene_.output.formats);
+    if (stale > 0)
+      log_.warn(fmt::format(
+          "{} frame files of an earlier run, longer or of other formats, remain in {}/frames; delete them "
+          "where they are not wanted",
+          stale, directory_.path));
+  }
+  if (outcome == Outcome::finished && time_.until_melted && !state_.melted_at) {
+    log_.warn(fmt::format("the end was reached with {} of the solid {}; raise time.end or {}",
+                          percent_text(recorder_->last().melted_fraction),
+                          built_.melts ? "melted" : "dissolved", pace_keys(built_)));
+  }
+  if (outcome == Outcome::finished)
+    for (const std::string& warning : left_supercooled(scene_, built_)) log_.warn(warning);
+}
+
 int Run::report(Outcome outcome) {
   if (outcome != Outcome::finished) {
     if (outcome == Outcome::diverged) {
@@ -186,19 +205,7 @@ int Run::report(Outcome outcome) {
     update_progress(state_.time);  // what the last steps came to was not known when they were enqueued
     log_.end_progress(progress_);
   }
-  if (options_.overwrite) {
-    const std::size_t stale = stale_frames(directory_, state_.next_frame - 1, scene_.output.formats);
-    if (stale > 0)
-      log_.warn(fmt::format(
-          "{} frame files of an earlier run, longer or of other formats, remain in {}/frames; delete them "
-          "where they are not wanted",
-          stale, directory_.path));
-  }
-  if (outcome == Outcome::finished && time_.until_melted && !state_.melted_at) {
-    log_.warn(fmt::format("the end was reached with {} of the solid {}; raise time.end or {}",
-                          percent_text(recorder_->last().melted_fraction),
-                          built_.melts ? "melted" : "dissolved", pace_keys(built_)));
-  }
+  warn_at_end(outcome);
   const Json block = final_block(outcome);
   write_run_json(block);
   finish_pictures(outcome);

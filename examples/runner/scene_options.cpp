@@ -127,7 +127,8 @@ const Options<Scene>& domain_options() {
   static const Options<Scene> options{
       custom<Scene>(
           "walls", "faces", "`box`",
-          "`box`: walls all around. `open`: what leaves is removed and counted. `none`: no bounds at all "
+          "`box`: walls all around. `open`: liquid that leaves is removed and counted; bodies are not, they "
+          "go on beyond. `none`: no bounds at all "
           "(then no `min` and `max`). Or a mapping of faces: `{x: periodic, +y: open}` with the faces `-x +x "
           "-y +y -z +z`, or `x y z` for both; each `wall`, `open` or `periodic`; faces not named are walls",
           nullptr, [](const Node& value, Scene& s) { load_walls(value, s.world.domain); },
@@ -402,7 +403,8 @@ const Options<SurfaceHeatDesc>& surface_heat_options() {
                       "held at this [degrees Celsius]; excludes the others"),
       number<D>("flux", "", MEMBER(flux), "W/m^2", any_number(), "0", "[W/m^2] into the material"),
       number<D>("convection", "", MEMBER(convection), "W/(m^2 K)", at_least(0), "0",
-                "[W/(m^2 K)] towards `ambient`"),
+                "[W/(m^2 K)] towards `ambient`")
+          .also_called({"heat_transfer_coefficient"}),
       number<D>("emissivity", "", MEMBER(emissivity), "0 to 1", between(0, 1), "0",
                 "of radiation towards surroundings at `ambient`"),
       number<D>("ambient", "", MEMBER(ambient), "degrees Celsius", at_least(meltsim::absolute_zero), "20",
@@ -416,9 +418,10 @@ const Options<SceneMaterial>& material_options() {
   static const Options<D> options{
       property("density", &M::density, &M::density_points, "kg/m^3", "1000", "[kg/m^3]"),
       property("conductivity", &M::conductivity, &M::conductivity_points, "W/(m K)", "0.6",
-               "[W/(m K)], above 0"),
-      property("heat_capacity", &M::heat_capacity, &M::heat_capacity_points, "J/(kg K)", "4186",
-               "[J/(kg K)]"),
+               "[W/(m K)], above 0")
+          .also_called({"thermal_conductivity"}),
+      property("heat_capacity", &M::heat_capacity, &M::heat_capacity_points, "J/(kg K)", "4186", "[J/(kg K)]")
+          .also_called({"specific_heat", "specific_heat_capacity"}),
       maybe_number<D>("diffusivity", "diffusivity", MEMBER(desc.diffusivity), "m^2/s", at_least(0), "",
                       "[m^2/s]; replaces the conductivity; 0 insulates"),
       custom<D>(

@@ -29,6 +29,7 @@ struct Option {
   std::string needed{};                ///< what to write where the key is missing; empty: it may be left out
   keys::List kinds{};    ///< of things that have a kind: the kinds that take the key; empty: all
   std::string points{};  ///< library's name of its points of temperature, which a scene gives as the value
+  keys::List others{};   ///< names that people know it by, which are no keys
 
   Option must_be_given(const char* what) && {
     needed = what;
@@ -36,6 +37,10 @@ struct Option {
   }
   Option of_kinds(keys::List list) && {
     kinds = std::move(list);
+    return std::move(*this);
+  }
+  Option also_called(keys::List names) && {
+    others = std::move(names);
     return std::move(*this);
   }
   /// Echoed only where it differs from the default.
@@ -112,7 +117,7 @@ bool takes(const Option<D>& option, const std::string& kind) {
          std::find(option.kinds.begin(), option.kinds.end(), kind) != option.kinds.end();
 }
 
-/// Names of the library that are no keys, each with what to write instead.
+/// Names of the library, and others that people know keys by, that are no keys, each with what to write instead.
 template <class D>
 std::map<std::string, std::string> other_names(const Options<D>& options) {
   std::map<std::string, std::string> names;
@@ -120,6 +125,7 @@ std::map<std::string, std::string> other_names(const Options<D>& options) {
     if (!option.points.empty())
       names[option.points] =
           "give the points as the value of \"" + option.key + "\": [[temperature, value], ...]";
+    for (const std::string& other : option.others) names[other] = "did you mean \"" + option.key + "\"?";
     if (!option.field.empty() && option.field != option.key)
       names[option.field] = "did you mean \"" + option.key + "\"?";
   }

@@ -543,6 +543,42 @@ emitters:
         self.assertIn('warning: "water" freezes onto bodies of "ice", and there is none: it stays liquid however cold it is; add one, '
                       "with `growth`", self.meltsim(*check, *freezes, *none).stdout)
 
+    def test_a_seed_that_melts_away_is_said_ahead_and_at_the_end(self):
+        """One spacing of solid beside hot melt, opposite to a wall that cools: all ends liquid below the melting point."""
+        seed = ["--backend", "cpu", "--set", "materials.ice={melting_point: 0, latent_heat: 1e5, heat_capacity: 2000, conductivity: 100, becomes: water, freezes: true}",
+                "--set", "materials.water.conductivity=100", "--set", "bodies=[{name: seed, material: ice, fixed: true, temperature: -1, growth: 2, shape: {box: [[0, 0, 0], [0.2, 0.6, 1.6]]}}]",
+                "--set", "fluids=[{material: water, temperature: 90, shape: {box: [[0.2, 0, 0], [1.6, 0.6, 1.6]]}}]", "--set", "emitters=[]",
+                "--set", "heat={time_scale: 1e5, walls: {+x: {convection: 5000, ambient: -40}}}", "--set", "time.end=2", "--set", "probes=[]"]
+        said = self.meltsim("check", SCENE, *seed).stdout
+        self.assertIn('warning: "water" freezes onto bodies of "ice", and in a trial the last of them melted away: from then on it stays '
+                      "liquid however cold it is; keep some of it solid", said)
+        self.assertNotIn("is frozen", said)
+        said = self.meltsim("run", SCENE, *seed, "--out", "run", "--export", "none").stderr
+        self.assertRegex(said, r'warning: \d+ of \d+ particles of "water" ended liquid below 0 C, where "ice" melts: there is no body of '
+                               r'"ice" left that they could freeze onto; keep some of it solid')
+        run = json.loads(Path(self.path("run", "run.json")).read_text())
+        self.assertIn("ended liquid below 0 C", run["warnings"][-1])
+
+    def test_check_says_what_a_region_releases(self):
+        """4 cells of 0.2 m, all within the block, of which the box covers half."""
+        region = ["--set", "heat.regions=[{name: lamp, source: 1e3, shape: {box: [[0.4, 0.8, 0.4], [0.8, 1.0, 1.2]]}}]"]
+        said = self.meltsim("check", SCENE, "--backend", "cpu", *region).stdout
+        self.assertIn('\nsource      "lamp": 64 W in the 8 particles that are in it at the start\n', said)
+        self.assertNotIn("whose centres are in it", said)
+        thin = [part.replace("1.0, 1.2", "0.91, 1.2") for part in region]
+        for command in (["check"], ["run", "--out", "thin", "--steps", "1", "--export", "none"]):
+            result = self.meltsim(command[0], SCENE, *command[1:], "--backend", "cpu", *thin)
+            self.assertRegex(result.stdout + result.stderr, r'warning: .*heat.regions\[0\].source: "lamp" heats particles whose centres are in it: '
+                             r"at particles.spacing 0.2 those of 8 cells, 0.064 m\^3, \d\d % more than its shape has")
+
+    def test_a_body_that_falls_out_is_named(self):
+        fall = ["--backend", "cpu", "--set", "domain.walls={-y: open}", "--set", "fluids=[]", "--set", "emitters=[]", "--set",
+                "probes=[]", "--set", "solver.gravity=[0, -3000, 0]", "--set", "time.end=2"]
+        said = self.meltsim("run", SCENE, *fall, "--out", "run", "--export", "none", code=3).stderr
+        self.assertRegex(said, r'warning: \S+: bodies\[0\]: "block" falls out of the domain through its open face -y by t=0.028 s')
+        self.assertRegex(said, r'checkpoint.bin; body "block" has left the domain through its open face -y and is at \(.*\) m; only liquid is '
+                               r"removed there: close the face \(domain.walls: \{-y: wall\}\), put a fixed body")
+
     def test_check_warns_where_steps_will_be_refused(self):
         """`check` knows the super-steps to one; a bound that leaves room for that one neither warns nor refuses."""
         thick = ["--set", "materials.water.viscosity=1e9"]
@@ -1222,7 +1258,9 @@ bodies: [{cube(0, 0.4, "ice", 0)}]
             said = self.check("warm.yaml", "--set", "materials={water: {heat_capacity: 1000}, " + ice + "}", "--set", bodies,
                               "--set", water)
             self.assertIn("in the end " + end, said)
-            self.assertRegex(said, r"\nmelting +next to nothing melts by t=0.1 s \(tried")  # nothing makes it faster
+            what = r"freezing +next to nothing freezes by t=0.1 s; heat.time_scale makes it faster \(tried" if freezes == "true" else \
+                r"melting +next to nothing melts by t=0.1 s \(tried"  # nothing makes it faster
+            self.assertRegex(said, "\n" + what)
         said = self.check("warm.yaml", "--set", "heat.walls={-y: {temperature: 80}}")
         self.assertIn("melting takes 1.92e+07 J, which has to come from walls\n", said)
         water = "fluids=[" + cube(0.4, 0.8, "water", 75) + "]"

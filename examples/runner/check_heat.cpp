@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "check_heat.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <string>
+
+#include "scene_options.hpp"
+
+namespace runner {
+
+namespace {
+
+/// An `ambient` that nothing exchanges heat with.
+void check_ambient(const std::optional<Node>& surface, Scene& scene) {
+  if (!surface || !surface->is_mapping()) return;
+  const auto ambient = surface->find("ambient");
+  if (!ambient || surface->find("convection") || surface->find("emissivity")) return;
+  const bool alone = !surface->find("temperature") && !surface->find("flux");
+  scene.warnings.push_back(fmt::format(
+      "{}: {}.ambient: {} C alone moves no heat{}: add convection [W/(m^2 K)] or emissivity beside it, e.g. "
+      "convection: 10 in still air, or leave it out",
+      ambient->where(), surface->path(), ambient->number("degrees Celsius"),
+      alone ? ", so this surface insulates" : ""));
+}
+
+/// "{convection: 500, ambient: 20}", as a scene has it.
+std::string text_of(const meltsim::SurfaceHeatDesc& surface) {
+  std::string text;
+  const Json json = surface_json(surface);
+  for (const auto& [key, value] : json.items())
+    if (key == "ambient" || value.get<double>() != 0)
+      text += fmt::format("{}{}: {:g}", text.empty() ? "" : ", ", key, value.get<double>());
+  return "{" + text + "}";
+}
+
+/// Liquid that freezes takes no part in what goes through the liquid's free surface any more.
+void check_frozen_surface(Scene& scene) {
+  const meltsim::SurfaceHeatDesc& free = scene.world.heat.free_surface;
+  if (!acts(free)) return;
+  for (const SceneBody& body : scene.bodies) {
+    const auto material = std::find_if(scene.materials.begin(), scene.materials.end(),
+                                       [&](const SceneMaterial& m) { return m.desc.name == body.material; });
+    if (material == scene.materials.end() || !material->desc.freezes || body.desc.growth <= 0 ||
+        acts(body.desc.surface))
+      continue;
+    scene.warnings.push_back(fmt::format(
+        "{}: {}.surface: none: heat.free_surface is of liquid alone, and what has frozen onto \"{}\" "
+        "exchanges no heat with the air; give the body the same, surface: {}",
+        body.source.where, body.source.path, body.desc.name, text_of(free)));
+  }
+}
+
+}  // namespace
+
+void check_heat(const Node& root, Scene& scene) {
+  if (const auto heat = root.find("heat")) {
+    check_ambient(heat->find("free_surface"), scene);
+    if (const auto walls = heat->find("walls"))
+      for (const auto& entry : walls->entries()) check_ambient(entry.second, scene);
+  }
+  if (const auto bodies = root.find("bodies"))
+    for (const Node& body : bodies->items("bodies")) check_ambient(body.find("surface"), scene);
+  check_frozen_surface(scene);
+}
+
+}  // namespace runner
