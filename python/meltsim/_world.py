@@ -12,7 +12,7 @@ import sys
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, SupportsFloat
 
 from . import _core
 from ._error import Error
@@ -92,13 +92,25 @@ def _json(value: Any, name: str) -> str:
         raise Error(fault, "invalid_argument") from None
 
 
+def _is_boolean(value: Any) -> bool:
+    """Whether it is a bool, of NumPy, too."""
+    of_numpy = type(value).__module__ == "numpy" and getattr(value, "ndim", 1) == 0
+    return isinstance(value, bool) or of_numpy and value.dtype.kind == "b"
+
+
 def _number(name: str, value: Any) -> float:
-    if isinstance(value, (str, bytes, bool)) or not hasattr(value, "__float__") and not hasattr(value, "__index__"):
+    if isinstance(value, (str, bytes)) or _is_boolean(value) or not hasattr(value, "__float__") and not hasattr(value, "__index__"):
         raise TypeError(f"{name}: expected a number, got {value!r} ({type(value).__name__})")
     try:
         return float(value)
     except (TypeError, ValueError, OverflowError) as error:
         raise TypeError(f"{name}: expected a number, got {value!r} ({type(value).__name__})") from error
+
+
+def _boolean(name: str, value: Any) -> bool:
+    if not _is_boolean(value):
+        raise TypeError(f"{name}: expected True or False, got {value!r} ({type(value).__name__})")
+    return bool(value)
 
 
 _SETTINGS: tuple[str, ...] = getattr(_core, "_world_settings")  # no stub has it

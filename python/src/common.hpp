@@ -72,13 +72,17 @@ inline void expect(const meltsim::Status& status) {
 }
 
 /// str(value)
-inline std::string to_text(const nb::object& value) {
-  return nb::steal<nb::str>(PyObject_Str(value.ptr())).c_str();
-}
+inline std::string to_text(const nb::object& value) { return nb::str(value).c_str(); }
 /// For messages: the value, shortened, and its type.
 std::string shown(nb::handle value);
+/// Whether it is a bool, of NumPy, too.
+bool is_boolean(nb::handle value);
+/// What PySequence_Fast makes of a list, a tuple, an array and the like; null, without an error, of what is none of them: a number, an
+/// array without axes, text, bytes, a dict, a set.
+nb::object items_of(nb::handle value);
 double number(const std::string& name, nb::handle value, const char* expected = "a number");
 std::int64_t integer(const std::string& name, nb::handle value);
+int small(const std::string& name, nb::handle value);  ///< an integer that an int holds
 bool boolean(const std::string& name, nb::handle value, const char* expected = "True or False");
 std::string text(const std::string& name, nb::handle value);
 meltsim::Vec3d vector(const std::string& name, nb::handle value);

@@ -44,11 +44,7 @@ auto set_to(std::optional<bool> D::*member) {
 }
 template <class D>
 auto set_to(int D::*member) {
-  return [member](D& d, const std::string& name, nb::handle v) {
-    const std::int64_t value = integer(name, v);
-    if (value != static_cast<int>(value)) refuse(name + ": " + std::to_string(value) + " is out of range");
-    d.*member = static_cast<int>(value);
-  };
+  return [member](D& d, const std::string& name, nb::handle v) { d.*member = small(name, v); };
 }
 template <class D>
 auto set_to(std::uint64_t D::*member) {

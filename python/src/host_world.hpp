@@ -2,6 +2,7 @@
 // The World behind meltsim.World: guards against two threads and dangling arrays, names, frames for the replay.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <functional>
@@ -158,7 +159,8 @@ meltsim::Handle<Tag> HostWorld::resolve(const std::string& argument, const std::
     return named.id;
   }
   if (!PyUnicode_Check(value.ptr()))
-    wrong_type(argument + ": expected a " + kind + " of this World or its name, got " + shown(value));
+    wrong_type(argument + ": expected " + (kind[0] == 'e' ? "an " : "a ") + kind +
+               " of this World or its name, got " + shown(value));
   const std::string name = text(argument, value);
   std::string list;
   for (const Named<Tag>& named : known) {

@@ -103,7 +103,8 @@ const Keys<DomainDesc>& domain_keys() {
 
 /// A value of Python as a scene would give it.
 YAML::Node yaml_of(nb::handle v) {
-  if (PyBool_Check(v.ptr())) return YAML::Load(v.is(Py_True) ? "true" : "false");
+  if (is_boolean(v)) return YAML::Load(boolean("a value", v) ? "true" : "false");
+  if (nb::hasattr(v, "tolist")) return yaml_of(v.attr("tolist")());  // arrays and numbers of NumPy
   if (PyUnicode_Check(v.ptr())) return YAML::Node(text("a value", v));
   return YAML::Load(
       nb::cast<std::string>(nb::str(nb::isinstance<nb::tuple>(v) ? nb::handle(nb::list(v)) : v)));
@@ -148,11 +149,9 @@ const Keys<WorldDesc>& world_keys() {
           if (v.is_none()) return;
           d.domain.bounded = true;
           if (nb::isinstance<nb::dict>(v)) return describe(d.domain, domain_keys(), name, v);
-          nb::object pair = nb::steal(PySequence_Fast(v.ptr(), ""));
-          if (!pair || PyUnicode_Check(v.ptr()) || PySequence_Fast_GET_SIZE(pair.ptr()) != 2) {
-            PyErr_Clear();
+          const nb::object pair = items_of(v);
+          if (!pair || PySequence_Fast_GET_SIZE(pair.ptr()) != 2)
             wrong_type(name + ": expected (min, max), a dict or None, got " + shown(v));
-          }
           d.domain.min = vector(name + ": min", PySequence_Fast_GET_ITEM(pair.ptr(), 0));
           d.domain.max = vector(name + ": max", PySequence_Fast_GET_ITEM(pair.ptr(), 1));
         }},
@@ -259,21 +258,22 @@ auto kept(nb::object I::*member) {
 /// A number, or pairs of (temperature, value).
 auto property(double MaterialDesc::*constant, std::vector<PropertyPoint> MaterialDesc::*table) {
   return [constant, table](MaterialInput& input, const std::string& name, nb::handle v) {
-    if (!PySequence_Check(v.ptr()) || PyUnicode_Check(v.ptr()))
-      return void(input.desc.*constant = number(name, v));
-    nb::object rows = nb::steal(PySequence_Fast(v.ptr(), ""));
-    (input.desc.*table).clear();
-    for (Py_ssize_t i = 0; rows && i < PySequence_Fast_GET_SIZE(rows.ptr()); ++i) {
-      nb::object row = nb::steal(PySequence_Fast(PySequence_Fast_GET_ITEM(rows.ptr(), i), ""));
-      if (!row || PySequence_Fast_GET_SIZE(row.ptr()) != 2) {
-        PyErr_Clear();
-        wrong_type(name + ": expected a number or pairs of (temperature, value), got " + shown(v));
-      }
-      (input.desc.*table)
-          .push_back({number(name, PySequence_Fast_GET_ITEM(row.ptr(), 0)),
+    const std::string fault = name + ": expected a number or pairs of (temperature, value), got ";
+    const nb::object rows = items_of(v);
+    if (!rows) {
+      input.desc.*constant = number(name, v);
+      return (input.desc.*table).clear();
+    }
+    std::vector<PropertyPoint> read;
+    for (Py_ssize_t i = 0; i < PySequence_Fast_GET_SIZE(rows.ptr()); ++i) {
+      const nb::object row = items_of(PySequence_Fast_GET_ITEM(rows.ptr(), i));
+      if (!row || PySequence_Fast_GET_SIZE(row.ptr()) != 2) wrong_type(fault + shown(v));
+      read.push_back({number(name, PySequence_Fast_GET_ITEM(row.ptr(), 0)),
                       number(name, PySequence_Fast_GET_ITEM(row.ptr(), 1))});
     }
-    if (!(input.desc.*table).empty()) input.desc.*constant = (input.desc.*table).front().value;
+    if (read.empty()) refuse(fault + "a table without any: " + shown(v));
+    input.desc.*constant = read.front().value;
+    input.desc.*table = std::move(read);
   };
 }
 
@@ -374,13 +374,11 @@ const Keys<SolidInput>& solid_keys() {
        [](SolidInput& input, const std::string& name, nb::handle v) {
          input.desc.inertia = {};
          if (v.is_none()) return;
-         nb::object rows = nb::steal(PySequence_Fast(v.ptr(), ""));
-         if (!rows || PySequence_Fast_GET_SIZE(rows.ptr()) != 3) {
-           PyErr_Clear();
+         const nb::object rows = items_of(v);
+         if (!rows || PySequence_Fast_GET_SIZE(rows.ptr()) != 3)
            wrong_type(name + ": expected three rows of three numbers, or three numbers, got " + shown(v));
-         }
-         const bool axes = PyNumber_Check(PySequence_Fast_GET_ITEM(rows.ptr(), 0)) != 0 &&
-                           PySequence_Check(PySequence_Fast_GET_ITEM(rows.ptr(), 0)) == 0;
+         nb::handle first = PySequence_Fast_GET_ITEM(rows.ptr(), 0);
+         const bool axes = PyNumber_Check(first.ptr()) != 0 && !items_of(first);
          const Vec3d along = axes ? vector(name, v) : Vec3d{};
          for (int k = 0; k < 3; ++k) {
            const Vec3d row = axes ? Vec3d{k == 0 ? along.x : 0, k == 1 ? along.y : 0, k == 2 ? along.z : 0}
@@ -514,11 +512,9 @@ const Keys<ProbeInput>& probe_keys() {
       {"along", vector_type, "of flux: the direction of the first side of a rectangle", d(&D::along)},
       {"size", vector_type, "of flux: lengths of the two sides of a rectangle, along and across [m]",
        [](ProbeInput& i, const std::string& name, nb::handle v) {
-         nb::object pair = nb::steal(PySequence_Fast(v.ptr(), ""));
-         if (!pair || PyUnicode_Check(v.ptr()) || PySequence_Fast_GET_SIZE(pair.ptr()) != 2) {
-           PyErr_Clear();
+         const nb::object pair = items_of(v);
+         if (!pair || PySequence_Fast_GET_SIZE(pair.ptr()) != 2)
            wrong_type(name + ": expected two numbers, got " + shown(v));
-         }
          for (int k = 0; k < 2; ++k)
            i.desc.size[k] =
                number(name + "[" + std::to_string(k) + "]", PySequence_Fast_GET_ITEM(pair.ptr(), k));
@@ -549,11 +545,9 @@ void take_fractions(HostWorld& w, I& input, const char* what) {
 }
 
 Quat<double> quaternion(const std::string& name, nb::handle v) {
-  nb::object q = nb::steal(PySequence_Fast(v.ptr(), ""));
-  if (!q || PySequence_Fast_GET_SIZE(q.ptr()) != 4) {
-    PyErr_Clear();
+  const nb::object q = items_of(v);
+  if (!q || PySequence_Fast_GET_SIZE(q.ptr()) != 4)
     wrong_type(name + ": expected four numbers (w, x, y, z), got " + shown(v));
-  }
   double x[4];
   for (int k = 0; k < 4; ++k) x[k] = number(name, PySequence_Fast_GET_ITEM(q.ptr(), k));
   return {x[0], x[1], x[2], x[3]};
@@ -1578,15 +1572,17 @@ void bind_world(nb::module_& m) {
           "event"_a, "Records a CUDA event, given as its address, behind all that the World has enqueued.")
       .def(
           "save_state",
-          [](HostWorld& w, int slot) {
-            away(w, true, [&](World& world) { expect(world.save_state(slot)); });
+          [](HostWorld& w, Integer slot) {
+            const int of = small("slot", slot);
+            away(w, true, [&](World& world) { expect(world.save_state(of)); });
           },
           "slot"_a = 0, nb::sig("def save_state(self, slot: int = 0) -> None"),
           "Saves the state in the backend's memory under a number from 0 to 15.")
       .def(
           "load_state",
-          [](HostWorld& w, int slot) {
-            away(w, true, [&](World& world) { expect(world.load_state(slot)); });
+          [](HostWorld& w, Integer slot) {
+            const int of = small("slot", slot);
+            away(w, true, [&](World& world) { expect(world.load_state(of)); });
           },
           "slot"_a = 0, nb::sig("def load_state(self, slot: int = 0) -> None"),
           "Goes back to a state of save_state(), to the bit. Lost when something is added, removed or "
@@ -1619,9 +1615,10 @@ void bind_world(nb::module_& m) {
           "Pose and twist of a proxy now, as set_proxy() takes them. Waits.")
       .def(
           "watch_forces",
-          [](HostWorld& w, nb::object body, bool on) {
+          [](HostWorld& w, nb::object body, Boolean on) {
+            const bool watched = boolean("on", on);
             const BodyId id = w.resolve("body", w.bodies, body, "body");
-            away(w, true, [&](World& world) { expect(world.watch_forces(id, on)); });
+            away(w, true, [&](World& world) { expect(world.watch_forces(id, watched)); });
           },
           "body"_a, "on"_a = true,
           nb::sig("def watch_forces(self, body: Body | str, on: bool = True) -> None"),
@@ -1714,9 +1711,10 @@ void bind_world(nb::module_& m) {
           "that it had.")
       .def(
           "hold",
-          [](HostWorld& w, nb::object body, bool on) {
+          [](HostWorld& w, nb::object body, Boolean on) {
+            const bool held = boolean("on", on);
             const BodyId id = w.resolve("body", w.bodies, body, "body");
-            away(w, true, [&](World& world) { expect(world.hold(id, on)); });
+            away(w, true, [&](World& world) { expect(world.hold(id, held)); });
           },
           "body"_a, "on"_a = true, "Holds a free or rigid body where it is, or lets it go.")
       .def(
@@ -1819,10 +1817,12 @@ void bind_world(nb::module_& m) {
           "Allocates and plans for the next step; step() does it if it was not called.")
       .def(
           "settle",
-          [](HostWorld& w, const std::optional<double>& seconds) {
+          [](HostWorld& w, nb::object seconds) {
+            const double given =
+                seconds.is_none() ? automatic : number("seconds", seconds, "a number or None");
             Settled came_to;
             w.advance([&](World& world) -> Status {
-              auto result = world.settle(seconds.value_or(automatic));
+              auto result = world.settle(given);
               if (!result) return result.error();
               came_to = *result;
               return {};
@@ -2137,14 +2137,14 @@ void bind_world(nb::module_& m) {
       .def(
           "add_stage",
           [](HostWorld& w, Text name, nb::object function, Text after, Texts reads, Texts writes,
-             bool recorded) {
+             Boolean recorded) {
             const std::vector<std::string> written = texts("writes", writes);
             for (const char* fixed : {"enthalpy", "id", "tag"})
               if (std::find(written.begin(), written.end(), fixed) != written.end())
                 refuse(std::string("writes: a stage reads \"") + fixed +
                        "\" and cannot change it; it writes acceleration, velocity and position");
             w.add_stage(text("name", name), function, text("after", after), texts("reads", reads), written,
-                        recorded);
+                        boolean("recorded", recorded));
           },
           "name"_a, "function"_a, nb::kw_only(), "after"_a = "sph.forces",
           "reads"_a = nb::make_tuple("position", "velocity", "tag"),
@@ -2161,9 +2161,10 @@ void bind_world(nb::module_& m) {
           "Removes a stage of add_stage().")
       .def(
           "set_interval",
-          [](HostWorld& w, Text module, int n) {
+          [](HostWorld& w, Text module, Integer n) {
             const std::string name = text("module", module);
-            away(w, true, [&](World& world) { expect(world.scheduler().set_interval(name, n)); });
+            const int interval = small("n", n);
+            away(w, true, [&](World& world) { expect(world.scheduler().set_interval(name, interval)); });
           },
           "module"_a, "n"_a,
           "Runs the stages of a module only in every n-th sub-step: \"thermal\" (heat_interval: within a "
@@ -2171,16 +2172,19 @@ void bind_world(nb::module_& m) {
           "and \"topology\" only.")
       .def(
           "enable",
-          [](HostWorld& w, Text module, bool on) {
+          [](HostWorld& w, Text module, Boolean on) {
             const std::string name = text("module", module);
-            away(w, true, [&](World& world) { expect(world.scheduler().enable(name, on)); });
+            const bool enabled = boolean("on", on);
+            away(w, true, [&](World& world) { expect(world.scheduler().enable(name, enabled)); });
           },
           "module"_a, "on"_a = true,
           "Switches a module off, or on again: \"sph\", \"lsm\", \"thermal\", \"species\", \"topology\".")
       .def(
           "enable_timings",
-          [](HostWorld& w, bool on, int every) {
-            away(w, true, [&](World& world) { expect(world.scheduler().enable_timings(on, every)); });
+          [](HostWorld& w, Boolean on, Integer every) {
+            const bool timed = boolean("on", on);
+            const int n = small("every", every);
+            away(w, true, [&](World& world) { expect(world.scheduler().enable_timings(timed, n)); });
           },
           "on"_a = true, nb::kw_only(), "every"_a = 400,
           "Times the stages in one of `every` sub-steps, for stages() and plan().")
