@@ -22,6 +22,8 @@ struct Named {
   std::uint64_t world = 0;
   meltsim::Handle<Tag> id;
   std::string name;
+  /// Of a probe of a scene: its point of the World's probe, which may have others; -1: all of them.
+  int point = -1;
 };
 using Material = Named<meltsim::MaterialTag>;
 using Body = Named<meltsim::BodyTag>;
@@ -77,6 +79,14 @@ class HostWorld {
   void close();
   bool closed() const { return !world_; }
 
+  /// Whether it was not removed.
+  template <class Tag>
+  bool is_there(const Named<Tag>&) const {
+    return true;
+  }
+  bool is_there(const Body& body) const {
+    return std::find(removed.begin(), removed.end(), body.id) == removed.end();
+  }
   template <class Tag>
   meltsim::Handle<Tag> resolve(const std::string& argument, const std::vector<Named<Tag>>& known,
                                nb::handle value, const char* kind) const;
@@ -86,13 +96,13 @@ class HostWorld {
 
   std::vector<Material> materials;
   std::vector<Body> bodies;
-  std::vector<meltsim::BodyId> removed;  ///< bodies, since the last compact()
-  std::vector<Probe> probes;
+  std::vector<meltsim::BodyId> removed;  ///< of the bodies, until compact()
+  std::vector<Probe> probes;             ///< that there are
+  /// Removed ones of a scene that are points of a probe of the World which others have.
+  std::vector<Probe> unnamed;
   std::vector<Emitter> emitters;
   std::vector<HeatRegion> regions;
-  std::vector<std::vector<std::string>>
-      scene_probes;                ///< of the scene: names of those that one probe of the World has
-  std::vector<ForceField> fields;  ///< that there are
+  std::vector<ForceField> fields;                          ///< that there are
   std::map<std::uint64_t, meltsim::ReadRequest> requests;  ///< open ones, by ticket
   runner::Scene scene;
   std::atomic<int> exported{0};              ///< arrays of the World's own memory that are alive
@@ -165,7 +175,7 @@ meltsim::Handle<Tag> HostWorld::resolve(const std::string& argument, const std::
   std::string list;
   for (const Named<Tag>& named : known) {
     if (named.name == name) return named.id;
-    list += (list.empty() ? "" : ", ") + named.name;
+    if (is_there(named)) list += (list.empty() ? "" : ", ") + named.name;
   }
   refuse(argument + ": no " + kind + " is named \"" + name + "\"; there " +
          (list.empty() ? "are none" : "are: " + list));

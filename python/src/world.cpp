@@ -675,13 +675,24 @@ std::string new_name(const std::string& name, const char* kind, const char* what
   return name_or(name, kind, known.size(), taken);
 }
 
+/// What the World calls a probe: its name, but where the World still has that for points of a scene that were removed.
+std::string name_in_world(const HostWorld& w, const std::string& name) {
+  const auto taken = [&](const std::string& other) {
+    const auto has = [&](const Probe& p) { return p.name == other; };
+    return std::any_of(w.unnamed.begin(), w.unnamed.end(), has) ||
+           (other != name && std::any_of(w.probes.begin(), w.probes.end(), has));
+  };
+  return taken(name) ? name_or("", (name + ".").c_str(), 1, taken) : name;
+}
+
 /// Objects by name.
 template <class N>
 auto by_name(std::vector<N> HostWorld::*all) {
   return [all](HostWorld& w) {
     w.unguarded();
     nb::dict d;
-    for (const N& x : w.*all) d[x.name.c_str()] = nb::cast(x);
+    for (const N& x : w.*all)
+      if (w.is_there(x)) d[x.name.c_str()] = nb::cast(x);
     return d;
   };
 }
@@ -691,10 +702,11 @@ void init_scene(HostWorld* self, const LoadedScene& loaded, Text backend, Text p
   machine.backend = static_cast<Backend>(choice("backend", backend, backends));
   machine.precision = static_cast<Precision>(choice("precision", precision, precisions));
   set_to (&runner::MachineOptions::threads)(machine, "threads", threads);
+  std::vector<ProbeId> probe_ids;
   auto built = with_place(loaded.is_dict, [&] {
     const nb::gil_scoped_release released;
     runner::Built b = runner::build_world(loaded.scene, machine);
-    b.probes = runner::add_probes(b.world, b.body_ids, loaded.scene);
+    b.probes = runner::add_probes(b.world, b.body_ids, loaded.scene, &probe_ids);
     return b;
   });
   const auto pieces = expect(built.world.pieces());
@@ -715,9 +727,10 @@ void init_scene(HostWorld* self, const LoadedScene& loaded, Text backend, Text p
   for (std::size_t i = 0; i < built.heat_region_ids.size(); ++i)
     self->regions.push_back(
         {self->serial(), built.heat_region_ids[i], loaded.scene.heat_regions[i].desc.name});
-  for (const std::vector<std::size_t>& group : built.probes) {
-    self->scene_probes.emplace_back();
-    for (const std::size_t i : group) self->scene_probes.back().push_back(loaded.scene.probes[i].desc.name);
+  for (std::size_t k = 0; k < built.probes.size(); ++k) {
+    int point = 0;
+    for (const std::size_t i : built.probes[k])
+      self->probes.push_back({self->serial(), probe_ids[k], loaded.scene.probes[i].desc.name, point++});
   }
 }
 
@@ -730,8 +743,9 @@ void bind_named(nb::module_& m, const char* name, const char* doc) {
       .def(
           "__eq__",
           [](const N& a, nb::handle b) {
-            return nb::isinstance<N>(b) && nb::cast<const N&>(b).world == a.world &&
-                   nb::cast<const N&>(b).id == a.id;
+            if (!nb::isinstance<N>(b)) return false;
+            const N& other = nb::cast<const N&>(b);
+            return other.world == a.world && other.id == a.id && other.point == a.point;
           },
           nb::arg("other").none())
       .def("__hash__", [](const N& n) { return n.world * 1000003u + n.id.index; })
@@ -844,6 +858,94 @@ void remove(HostWorld& w, const char* argument, std::vector<Named<Tag>>& known, 
               known.end());
 }
 
+/// Removes a probe; of a scene's probes that are points of one probe of the World the last one that is left, of others the name.
+void remove_probe(HostWorld& w, nb::handle what) {
+  const ProbeId id = w.resolve("probe", w.probes, what, "probe");
+  const bool handle = nb::isinstance<Probe>(what);
+  const auto sought = [&](const Probe& p) {
+    return p.id == id &&
+           (handle ? p.point == nb::cast<const Probe&>(what).point : p.name == text("probe", what));
+  };
+  const auto of_world = [&](const Probe& p) { return p.id == id; };
+  const auto found = std::find_if(w.probes.begin(), w.probes.end(), sought);
+  const auto points = std::count_if(w.probes.begin(), w.probes.end(), of_world);
+  if (found == w.probes.end() && points > 0)
+    refuse("remove: probe \"" + nb::cast<const Probe&>(what).name + "\": was removed already");
+  if (points > 1) {
+    const HostWorld::Use use(w, true);
+    w.unnamed.push_back(*found);
+    return void(w.probes.erase(found));
+  }
+  away(w, true, [&](World& world) { expect(world.remove(id)); });
+  w.unnamed.erase(std::remove_if(w.unnamed.begin(), w.unnamed.end(), of_world), w.unnamed.end());
+  w.probes.erase(std::remove_if(w.probes.begin(), w.probes.end(), of_world), w.probes.end());
+}
+
+void remove_body(HostWorld& w, nb::handle what) {
+  const BodyId id = w.resolve("body", w.bodies, what, "body");
+  away(w, true, [&](World& world) { expect(world.remove(id)); });
+  w.removed.push_back(id);
+}
+
+/// What remove() takes by name: how it is called, and the handles of those that are there.
+struct Removable {
+  const char* kind;
+  const char* property;
+  std::vector<std::string> names;
+  std::function<void(nb::handle)> remove;
+};
+std::vector<Removable> removables(HostWorld& w) {
+  const auto names_of = [&w](const auto& all) {
+    std::vector<std::string> names;
+    for (const auto& one : all)
+      if (w.is_there(one)) names.push_back(one.name);
+    return names;
+  };
+  return {{"body", "bodies", names_of(w.bodies), [&w](nb::handle what) { remove_body(w, what); }},
+          {"force field", "force_fields", names_of(w.fields),
+           [&w](nb::handle what) { remove(w, "field", w.fields, what, "force field"); }},
+          {"heat region", "heat_regions", names_of(w.regions),
+           [&w](nb::handle what) { remove(w, "region", w.regions, what, "heat region"); }},
+          {"probe", "probes", names_of(w.probes), [&w](nb::handle what) { remove_probe(w, what); }}};
+}
+
+void remove_named(HostWorld& w, nb::handle what) {
+  const std::string name = text("remove", what);
+  const Removable* found = nullptr;
+  std::string list;
+  const std::vector<Removable> kinds = removables(w);
+  for (const Removable& kind : kinds)
+    for (const std::string& known : kind.names) {
+      list += (list.empty() ? "" : ", ") + known;
+      if (known != name) continue;
+      if (found != nullptr)
+        refuse(std::string("remove: a ") + found->kind + " and a " + kind.kind + " are named \"" + name +
+               "\"; pass the one that you mean: world." + found->property + "[\"" + name + "\"] or world." +
+               kind.property + "[\"" + name + "\"]");
+      found = &kind;
+    }
+  for (const Body& body : w.bodies)  // says that it was removed
+    if (found == nullptr && body.name == name) return remove_body(w, what);
+  if (found == nullptr)
+    refuse("remove: no body, force field, heat region or probe is named \"" + name + "\"; there " +
+           (list.empty() ? "are none" : "are: " + list));
+  found->remove(what);
+}
+
+void remove_any(HostWorld& w, nb::handle what) {
+  if (PyUnicode_Check(what.ptr())) return remove_named(w, what);
+  if (nb::isinstance<ForceField>(what)) return remove(w, "field", w.fields, what, "force field");
+  if (nb::isinstance<HeatRegion>(what)) return remove(w, "region", w.regions, what, "heat region");
+  if (nb::isinstance<Probe>(what)) return remove_probe(w, what);
+  if (nb::isinstance<Emitter>(what))
+    refuse("remove: an emitter cannot be removed; set_emitter(..., on=False) turns it off");
+  if (!nb::isinstance<Body>(what))
+    wrong_type(
+        "remove: expected a body, a force field, a heat region or a probe of this World, or its name, got " +
+        shown(what));
+  remove_body(w, what);
+}
+
 /// What a call has of its bytes: them, or a copy of what may change while it is read.
 nb::object bytes_of(const std::string& name, const char* call, nb::object given) {
   if (!PyObject_CheckBuffer(given.ptr()))
@@ -856,25 +958,21 @@ nb::object bytes_of(const std::string& name, const char* call, nb::object given)
 
 nb::dict samples_by_name(const HostWorld& w, std::vector<ProbeSeries> all) {
   nb::dict result;
-  const std::size_t of_scene = w.scene_probes.size();
-  for (std::size_t k = 0; k < all.size(); ++k) {
-    ProbeSeries& s = all[k];
+  for (ProbeSeries& s : all) {
     const std::size_t points = s.points, width = s.width, times = s.time.size();
     const nb::object time = array_of<double>(std::move(s.time)),
                      values = array_of<double>(std::move(s.values)).attr("reshape")(times, points, width);
-    const auto put = [&](const std::string& name, nb::object of) {
+    for (const Probe& probe : w.probes) {
+      if (probe.id != s.probe) continue;
       nb::dict one;
       one["time"] = time;
-      one["values"] = std::move(of);
-      result[name.c_str()] = one;
-    };
-    if (k >= of_scene) {
-      put(w.probes.at(k - of_scene).name, values);
-      continue;
+      one["values"] = values;
+      if (probe.point >= 0)
+        one["values"] =
+            values[nb::make_tuple(nb::slice(nb::none(), nb::none(), nb::none()),
+                                  nb::slice(nb::int_(probe.point), nb::int_(probe.point + 1), nb::none()))];
+      result[probe.name.c_str()] = one;
     }
-    for (std::size_t j = 0; j < w.scene_probes[k].size(); ++j)
-      put(w.scene_probes[k][j], values[nb::make_tuple(nb::slice(nb::none(), nb::none(), nb::none()),
-                                                      nb::slice(nb::int_(j), nb::int_(j + 1), nb::none()))]);
   }
   return result;
 }
@@ -1174,7 +1272,7 @@ SurfaceDesc surface_desc(HostWorld& w, nb::handle of_what, nb::handle cell, nb::
     std::string others;
     for (const Body& body : w.bodies) {
       if (body.name == word) desc.of = SurfaceOf::body, desc.body = body.id;
-      others += (others.empty() ? "" : ", ") + body.name;
+      if (w.is_there(body)) others += (others.empty() ? "" : ", ") + body.name;
     }
     if (word == "liquid" || word == "solids")  // before bodies of that name
       desc.of = word == "liquid" ? SurfaceOf::liquid : SurfaceOf::solids;
@@ -1494,19 +1592,11 @@ void bind_world(nb::module_& m) {
             describe(input, probe_keys(), "add_probe", 2, args, kwargs);
             if (input.body && !input.body.is_none())
               input.desc.body = w.resolve("body", w.bodies, input.body, "body");
-            // Of a scene's probes that one of the World has, the World knows one name.
-            const auto taken = [&](const std::string& name) {
-              for (const std::vector<std::string>& group : w.scene_probes)
-                if (std::find(group.begin(), group.end(), name) != group.end()) return true;
-              return std::any_of(w.probes.begin(), w.probes.end(),
-                                 [&](const Probe& known) { return known.name == name; });
-            };
-            if (taken(input.desc.name)) refuse("name: there is a probe \"" + input.desc.name + "\" already");
-            input.desc.name =
-                name_or(input.desc.name, "probe", w.scene_probes.size() + w.probes.size(), taken);
+            const std::string name = new_name(input.desc.name, "probe", "a probe", w.probes);
+            input.desc.name = name_in_world(w, name);
             Probe probe{w.serial(),
                         away(w, true, [&](World& world) { return expect(world.add_probe(input.desc)); }),
-                        input.desc.name};
+                        name};
             w.probes.push_back(probe);
             return probe;
           },
@@ -1673,20 +1763,11 @@ void bind_world(nb::module_& m) {
           "\"lost\", how many older ones the ring had no room for; \"counts\" by kind, lost ones included. "
           "Waits.")
       .def(
-          "remove",
-          [](HostWorld& w, nb::object what) {
-            if (nb::isinstance<ForceField>(what)) return remove(w, "field", w.fields, what, "force field");
-            if (nb::isinstance<HeatRegion>(what)) return remove(w, "region", w.regions, what, "heat region");
-            if (nb::isinstance<Probe>(what)) return remove(w, "probe", w.probes, what, "probe");
-            const BodyId id = w.resolve("body", w.bodies, what, "body");
-            away(w, true, [&](World& world) { expect(world.remove(id)); });
-            w.removed.push_back(id);
-          },
-          "body"_a, nb::sig("def remove(self, body: Body | str | ForceField | HeatRegion | Probe) -> None"),
-          "Removes a body, by its name, too: all that is solid of it, and its name stays taken until "
-          "compact(). Or "
-          "a force field, a heat region or a probe, whose names are free again; samples of a probe that were "
-          "not taken go with it.")
+          "remove", [](HostWorld& w, nb::object what) { remove_any(w, what); }, "body"_a,
+          nb::sig("def remove(self, body: Body | ForceField | HeatRegion | Probe | str) -> None"),
+          "Removes a body, a force field, a heat region or a probe, by its name, too. Of a body all that is "
+          "solid goes, and its name stays taken until compact(); other names are free again. Samples of a "
+          "probe that were not taken go with it.")
       .def(
           "remove_liquid",
           [](HostWorld& w, const Shape& shape) {
@@ -1697,9 +1778,7 @@ void bind_world(nb::module_& m) {
           "compact",
           [](HostWorld& w) {
             auto was = away(w, true, [](World& world) { return expect(world.compact()); });
-            const auto gone = [&](const Body& b) {
-              return std::find(w.removed.begin(), w.removed.end(), b.id) != w.removed.end();
-            };
+            const auto gone = [&](const Body& b) { return !w.is_there(b); };
             w.bodies.erase(std::remove_if(w.bodies.begin(), w.bodies.end(), gone), w.bodies.end());
             w.removed.clear();
             return array_of<std::uint32_t>(std::move(was));
@@ -1935,7 +2014,14 @@ void bind_world(nb::module_& m) {
             snapshot = bytes_of("snapshot", "snapshot()", std::move(snapshot));
             const auto* data = PyBytes_AS_STRING(snapshot.ptr());
             const auto size = static_cast<std::size_t>(PyBytes_GET_SIZE(snapshot.ptr()));
-            away(w, true, [&](World& world) { expect(world.restore(data, size)); });
+            const auto all = away(w, true, [&](World& world) {
+              expect(world.restore(data, size));
+              return expect(world.bodies());
+            });
+            w.removed.clear();  // a snapshot may have bodies that were removed since, or lack others
+            for (const Body& body : w.bodies)
+              if (std::none_of(all.begin(), all.end(), [&](const BodyInfo& b) { return b.body == body.id; }))
+                w.removed.push_back(body.id);
           },
           "snapshot"_a, nb::sig("def restore(self, snapshot: bytes | bytearray | memoryview) -> None"),
           "Goes back to a snapshot of a World with the same materials and bodies. On an error the World is "
@@ -2226,13 +2312,15 @@ void bind_world(nb::module_& m) {
       .def_prop_ro("materials", by_name(&HostWorld::materials),
                    nb::sig("def materials(self) -> dict[str, Material]"), "Its materials by name.")
       .def_prop_ro("bodies", by_name(&HostWorld::bodies), nb::sig("def bodies(self) -> dict[str, Body]"),
-                   "Its bodies by name.")
+                   "Its bodies by name, without those that were removed.")
       .def_prop_ro("emitters", by_name(&HostWorld::emitters),
                    nb::sig("def emitters(self) -> dict[str, Emitter]"), "Its emitters by name.")
       .def_prop_ro("heat_regions", by_name(&HostWorld::regions),
                    nb::sig("def heat_regions(self) -> dict[str, HeatRegion]"), "Its heat regions by name.")
       .def_prop_ro("force_fields", by_name(&HostWorld::fields),
-                   nb::sig("def force_fields(self) -> dict[str, ForceField]"), "Its force fields by name.");
+                   nb::sig("def force_fields(self) -> dict[str, ForceField]"), "Its force fields by name.")
+      .def_prop_ro("probes", by_name(&HostWorld::probes), nb::sig("def probes(self) -> dict[str, Probe]"),
+                   "Its probes by name, those of its scene included.");
 }
 
 }  // namespace meltsim_python
