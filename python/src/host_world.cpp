@@ -252,6 +252,13 @@ void HostWorld::record() {
   ++frame_;
 }
 
+void HostWorld::clear_frames() {
+  const Use world(*this);
+  replay_ = runner::Replay();
+  stats_ = std::string();
+  frame_ = meltable_ = 0;
+}
+
 std::string HostWorld::page(const std::string& title) const {
   runner::Box contents;
   for (const runner::ReplayFrame& frame : replay_.frames())

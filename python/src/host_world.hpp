@@ -73,7 +73,8 @@ class HostWorld {
   void remove_stage(const std::string& name);
   void record();
   std::string page(const std::string& title) const;
-  bool recorded() const { return frame_ > 0; }
+  std::uint64_t frames() const { return frame_; }
+  void clear_frames();
   void clear() { stages_.clear(); }
   /// Releases the World. What needs it is refused from then on.
   void close();

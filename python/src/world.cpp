@@ -1450,11 +1450,6 @@ void bind_world(nb::module_& m) {
   nb::class_<HostWorld>(m, "World", nb::type_slots(world_slots))
       .def("__init__", &init_scene, "scene"_a, "backend"_a, "precision"_a, "threads"_a)
       .def("__init__", &init_world, nb::sig(init_sig.c_str()), init_doc.c_str())
-      .def("_recorded",
-           [](HostWorld& w) {
-             w.unguarded();
-             return w.recorded();
-           })
       .def("close", &HostWorld::close,
            "Releases the World and its memory; everything but close() is refused from then on, and close() "
            "does nothing. Refused while "
@@ -2282,6 +2277,11 @@ void bind_world(nb::module_& m) {
           [](HostWorld& w) { return away(w, true, [](World& world) { return world.plan().to_string(); }); },
           "The stages of a sub-step, as a table.")
       .def("record", &HostWorld::record, "Keeps the present state as a frame for show().")
+      .def("clear_frames", &HostWorld::clear_frames,
+           "Forgets the frames of run() and record() and gives their memory back.")
+      .def_prop_ro(
+          "frames", [](HostWorld& w) { return w.unguarded(), w.frames(); },
+          "How many frames run() and record() have recorded since clear_frames().")
       .def(
           "_page",
           [](HostWorld& w, const std::string& title) {
