@@ -39,6 +39,7 @@ struct Stage {
   HostWorld* world = nullptr;
   std::string name;
   nb::object function;
+  std::vector<std::string> writes;
 };
 
 class HostWorld {
@@ -134,6 +135,10 @@ struct State {
   HostWorld* world = nullptr;
   std::uint64_t generation = 0;
   bool stage = false;
+  std::vector<std::string> writes;  ///< what the stage may change
+  bool writable(const char* channel) const {
+    return std::find(writes.begin(), writes.end(), channel) != writes.end();
+  }
   std::shared_ptr<bool> alive = std::make_shared<bool>(true);
 };
 

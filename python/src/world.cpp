@@ -1309,15 +1309,19 @@ void bind_state(nb::module_& m) {
                               s.context.backend, expired);
            })
       .def_prop_ro(
-          "position", [](State& s) { return state_array(s, s.context.position, 4, scalar(s), s.stage); },
+          "position",
+          [](State& s) { return state_array(s, s.context.position, 4, scalar(s), s.writable("position")); },
           nb::sig("def position(self) -> Any"),
           "x, y, z relative to World.resolved.origin [m], rest volume [m^3]; (n, 4)")
       .def_prop_ro(
-          "velocity", [](State& s) { return state_array(s, s.context.velocity, 4, scalar(s), s.stage); },
+          "velocity",
+          [](State& s) { return state_array(s, s.context.velocity, 4, scalar(s), s.writable("velocity")); },
           nb::sig("def velocity(self) -> Any"), "[m/s]; the fourth column belongs to the library; (n, 4)")
       .def_prop_ro(
           "acceleration",
-          [](State& s) { return state_array(s, s.context.acceleration, 3, scalar(s), s.stage, true); },
+          [](State& s) {
+            return state_array(s, s.context.acceleration, 3, scalar(s), s.writable("acceleration"), true);
+          },
           nb::sig("def acceleration(self) -> Any"),
           "Within a stage: add to it [m/s^2]; (n, 3). None outside.")
       .def_prop_ro(
