@@ -158,7 +158,8 @@ class World(_core.World):
     @property
     def warnings(self) -> list[str]:
         """What looks like a slip in its scene."""
-        return self.__dict__.setdefault("_warnings", [])
+        texts: list[str] = self.__dict__.setdefault("_warnings", [])
+        return texts
 
     @warnings.setter
     def warnings(self, texts: list[str]) -> None:

@@ -23,13 +23,13 @@ namespace meltsim_python {
 /// Arguments of any type, which the functions below convert, and results: what stubs and docstrings call them.
 inline bool any_value(nb::handle) { return true; }
 struct Real : nb::object {
-  NB_OBJECT_DEFAULT(Real, nb::object, "float", any_value)
+  NB_OBJECT_DEFAULT(Real, nb::object, "typing.SupportsFloat", any_value)
 };
 struct Integer : nb::object {
-  NB_OBJECT_DEFAULT(Integer, nb::object, "int", any_value)
+  NB_OBJECT_DEFAULT(Integer, nb::object, "typing.SupportsIndex", any_value)
 };
 struct Boolean : nb::object {
-  NB_OBJECT_DEFAULT(Boolean, nb::object, "bool", any_value)
+  NB_OBJECT_DEFAULT(Boolean, nb::object, "bool | numpy.bool_", any_value)
 };
 struct Text : nb::object {
   NB_OBJECT_DEFAULT(Text, nb::object, "str", any_value)
@@ -38,7 +38,7 @@ struct Texts : nb::object {
   NB_OBJECT_DEFAULT(Texts, nb::object, "str | Sequence[str]", any_value)
 };
 struct Vector : nb::object {
-  NB_OBJECT_DEFAULT(Vector, nb::object, "Sequence[float]", any_value)
+  NB_OBJECT_DEFAULT(Vector, nb::object, "Sequence[typing.SupportsFloat] | numpy.ndarray", any_value)
 };
 struct ArrayLike : nb::object {
   NB_OBJECT_DEFAULT(ArrayLike, nb::object, "numpy.typing.ArrayLike", any_value)

@@ -1029,7 +1029,7 @@ void bind_reading(nb::module_& m) {
       .def_prop_ro("forces",
                    part(&ReadRequest::forces,
                         [](HostReading& r) { return forces_by_name(*r.world, r.reading.forces); }),
-                   nb::sig("def forces(self) -> dict[str, dict[str, float | tuple[float, ...]]] | None"),
+                   nb::sig("def forces(self) -> dict[str, meltsim._types.Forces] | None"),
                    "As World.take_forces().")
       .def_prop_ro("events",
                    part(&ReadRequest::events,
@@ -1665,7 +1665,7 @@ void bind_world(nb::module_& m) {
             const int of = small("slot", slot);
             away(w, true, [&](World& world) { expect(world.save_state(of)); });
           },
-          "slot"_a = 0, nb::sig("def save_state(self, slot: int = 0) -> None"),
+          "slot"_a = 0, nb::sig("def save_state(self, slot: typing.SupportsIndex = 0) -> None"),
           "Saves the state in the backend's memory under a number from 0 to 15.")
       .def(
           "load_state",
@@ -1673,7 +1673,7 @@ void bind_world(nb::module_& m) {
             const int of = small("slot", slot);
             away(w, true, [&](World& world) { expect(world.load_state(of)); });
           },
-          "slot"_a = 0, nb::sig("def load_state(self, slot: int = 0) -> None"),
+          "slot"_a = 0, nb::sig("def load_state(self, slot: typing.SupportsIndex = 0) -> None"),
           "Goes back to a state of save_state(), to the bit. Lost when something is added, removed or "
           "restored, or "
           "stages begin or end; snapshot() is not.")
@@ -1710,7 +1710,7 @@ void bind_world(nb::module_& m) {
             away(w, true, [&](World& world) { expect(world.watch_forces(id, watched)); });
           },
           "body"_a, "on"_a = true,
-          nb::sig("def watch_forces(self, body: Body | str, on: bool = True) -> None"),
+          nb::sig("def watch_forces(self, body: Body | str, on: bool | numpy.bool_ = True) -> None"),
           "Begins, or ends, to sum up what acts on a body. Proxies are always watched.")
       .def(
           "take_forces",
@@ -1718,7 +1718,7 @@ void bind_world(nb::module_& m) {
             const auto all = away(w, false, [](World& world) { return expect(world.take_forces()); });
             return forces_by_name(w, all);
           },
-          nb::sig("def take_forces(self) -> dict[str, dict[str, float | tuple[float, ...]]]"),
+          nb::sig("def take_forces(self) -> dict[str, meltsim._types.Forces]"),
           "What acted on every watched body since the last call, by its name: impulses [N s] and angular "
           "impulses "
           "[N m s] about its centre of mass (of kinematic bodies the pivot) in all and by pressure, "
@@ -1740,7 +1740,8 @@ void bind_world(nb::module_& m) {
             away(w, true, [&](World& world) { expect(world.watch_events(what)); });
           },
           "capacity"_a = 4096, "kinds"_a = nb::none(),
-          nb::sig("def watch_events(self, capacity: int = 4096, kinds: Sequence[str] | None = None) -> None"),
+          nb::sig("def watch_events(self, capacity: typing.SupportsIndex = 4096, kinds: Sequence[str] | None "
+                  "= None) -> None"),
           "Begins to note events, in a ring of so many. Kinds, all of them by default: \"melted\", "
           "\"frozen\", "
           "\"split\", \"contact_begun\", \"contact_ended\", \"gone\", \"left\".")
@@ -1828,11 +1829,10 @@ void bind_world(nb::module_& m) {
           },
           "emitter"_a, nb::kw_only(), "on"_a = nb::none(), "speed"_a = nb::none(),
           "temperature"_a = nb::none(), "center"_a = nb::none(), "level"_a = nb::none(),
-          nb::sig(
-              "def set_emitter(self, emitter: Emitter | str, *, on: bool | None = None, speed: float | "
-              "None = "
-              "None, temperature: float | None = None, center: Sequence[float] | None = None, level: float | "
-              "None = None) -> None"),
+          nb::sig("def set_emitter(self, emitter: Emitter | str, *, on: bool | numpy.bool_ | None = None, "
+                  "speed: typing.SupportsFloat | None = None, temperature: typing.SupportsFloat | None = "
+                  "None, center: Sequence[typing.SupportsFloat] | numpy.ndarray | None = None, level: "
+                  "typing.SupportsFloat | None = None) -> None"),
           "Turns an emitter on or off, changes its speed [m/s] or the temperature of what is to come "
           "[degrees Celsius], moves it [m], or changes the level beyond a face [m].")
       .def(
@@ -1841,7 +1841,7 @@ void bind_world(nb::module_& m) {
             const Vec3d g = vector("gravity", arguments("set_gravity", {"gravity"}, 1, args, kwargs)[0]);
             away(w, true, [&](World& world) { expect(world.set_gravity(g)); });
           },
-          nb::sig("def set_gravity(self, gravity: Sequence[float]) -> None"),
+          nb::sig("def set_gravity(self, gravity: Sequence[typing.SupportsFloat] | numpy.ndarray) -> None"),
           "Sets gravity [m/s^2]. Not part of snapshots.")
       .def(
           "set_heat_time_scale",
@@ -1849,7 +1849,7 @@ void bind_world(nb::module_& m) {
             const double x = number("scale", arguments("set_heat_time_scale", {"scale"}, 1, args, kwargs)[0]);
             away(w, true, [&](World& world) { expect(world.set_heat_time_scale(x)); });
           },
-          nb::sig("def set_heat_time_scale(self, scale: float) -> None"),
+          nb::sig("def set_heat_time_scale(self, scale: typing.SupportsFloat) -> None"),
           "Sets how many times faster than motion heat runs; 0 stops heat. Not part of snapshots.")
       .def(
           "set_wall_heat",
@@ -1861,8 +1861,9 @@ void bind_world(nb::module_& m) {
             away(w, true, [&](World& world) { expect(world.set_wall_heat(index, desc)); });
           },
           "face"_a, "heat"_a,
-          nb::sig("def set_wall_heat(self, face: str, *, temperature: float | None = ..., flux: float = ..., "
-                  "convection: float = ..., emissivity: float = ..., ambient: float = ...) -> None"),
+          nb::sig("def set_wall_heat(self, face: str, *, temperature: typing.SupportsFloat | None = ..., "
+                  "flux: typing.SupportsFloat = ..., convection: typing.SupportsFloat = ..., emissivity: "
+                  "typing.SupportsFloat = ..., ambient: typing.SupportsFloat = ...) -> None"),
           "Sets the heat through a wall, -x to +z; what is not given is 0, and `ambient` 20 degrees.")
       .def(
           "set_free_surface_heat",
@@ -1873,8 +1874,9 @@ void bind_world(nb::module_& m) {
             away(w, true, [&](World& world) { expect(world.set_free_surface_heat(desc)); });
           },
           "heat"_a,
-          nb::sig("def set_free_surface_heat(self, *, temperature: float | None = ..., flux: float = ..., "
-                  "convection: float = ..., emissivity: float = ..., ambient: float = ...) -> None"),
+          nb::sig("def set_free_surface_heat(self, *, temperature: typing.SupportsFloat | None = ..., flux: "
+                  "typing.SupportsFloat = ..., convection: typing.SupportsFloat = ..., emissivity: "
+                  "typing.SupportsFloat = ..., ambient: typing.SupportsFloat = ...) -> None"),
           "Sets the heat through the liquid's free surface; what is not given is 0, and `ambient` 20 "
           "degrees.")
       .def(
@@ -1887,8 +1889,8 @@ void bind_world(nb::module_& m) {
             away(w, true, [&](World& world) { expect(world.set_heat_region(id, held, released)); });
           },
           "region"_a, nb::kw_only(), "temperature"_a = nb::none(), "source"_a = 0.0,
-          nb::sig("def set_heat_region(self, region: HeatRegion | str, *, temperature: float | None = None, "
-                  "source: float = 0.0) -> None"),
+          nb::sig("def set_heat_region(self, region: HeatRegion | str, *, temperature: typing.SupportsFloat "
+                  "| None = None, source: typing.SupportsFloat = 0.0) -> None"),
           "Sets what a heat region does: it holds a temperature [degrees Celsius] or releases heat [W/m^3].")
       .def(
           "prepare", [](HostWorld& w) { away(w, true, [](World& world) { expect(world.prepare()); }); },
@@ -1907,7 +1909,8 @@ void bind_world(nb::module_& m) {
             });
             return came_to;
           },
-          nb::arg("seconds") = nb::none(),
+          "seconds"_a = nb::none(),
+          nb::sig("def settle(self, seconds: typing.SupportsFloat | None = None) -> Settled"),
           "Lets liquid come to rest before the first step, with bodies held, so that forces on what it "
           "touches "
           "are those of rest from then on. None: as long as depth and speed of sound ask for. Liquid that "
@@ -1917,7 +1920,7 @@ void bind_world(nb::module_& m) {
           [](HostWorld& w, const nb::args& args, const nb::kwargs& kwargs) {
             w.step(number("seconds", arguments("step", {"seconds"}, 1, args, kwargs)[0]));
           },
-          nb::sig("def step(self, seconds: float) -> None"),
+          nb::sig("def step(self, seconds: typing.SupportsFloat) -> None"),
           "Advances by so many seconds, in sub-steps that keep it stable. Other threads run meanwhile. "
           "Ctrl-C, or the stop button of a "
           "notebook, ends it between sub-steps with KeyboardInterrupt, or with what the host's own handler "
@@ -1931,7 +1934,8 @@ void bind_world(nb::module_& m) {
             const double dt = number("seconds", a[0]), budget = number("milliseconds", a[1]);
             return timed(w, [&](World& world) { return world.step_within(dt, budget); });
           },
-          nb::sig("def step_within(self, seconds: float, milliseconds: float) -> TimedStep"),
+          nb::sig("def step_within(self, seconds: typing.SupportsFloat, milliseconds: typing.SupportsFloat) "
+                  "-> TimedStep"),
           "As step(), but ends when so much wall time is used up; says how far it came and what it owes. "
           "At least one sub-step is taken.")
       .def(
@@ -1944,7 +1948,8 @@ void bind_world(nb::module_& m) {
             return timed(
                 w, [&](World& world) { return world.step_part(dt, static_cast<std::uint64_t>(count)); });
           },
-          nb::sig("def step_part(self, seconds: float, substeps: int) -> TimedStep"),
+          nb::sig("def step_part(self, seconds: typing.SupportsFloat, substeps: typing.SupportsIndex) -> "
+                  "TimedStep"),
           "Takes the first sub-steps of step(): repeats a step_within() that took as many, to the bit.")
       .def(
           "synchronize",
@@ -1990,7 +1995,7 @@ void bind_world(nb::module_& m) {
             return away(w, false, [&](World& world) { return expect(world.ready(of)); });
           },
           "ticket"_a, "Whether take() would return at once.")
-      .def("take", &take, "ticket"_a, nb::sig("def take(self, ticket: int) -> Reading"),
+      .def("take", &take, "ticket"_a, nb::sig("def take(self, ticket: typing.SupportsIndex) -> Reading"),
            "Waits for that reading, not for steps behind it, and closes the ticket.")
       .def("state", &HostWorld::state, nb::sig("def state(self) -> State"),
            "Views of the World's own memory, without a copy. Waits for all steps.")
@@ -2104,9 +2109,9 @@ void bind_world(nb::module_& m) {
           },
           "of"_a = "liquid", nb::kw_only(), "cell"_a = 0.0, "kernel"_a = "isotropic", "smoothing"_a = 4,
           "closed_at_solids"_a = false, "wait"_a = true,
-          nb::sig("def surface_view(self, of: Any = \"liquid\", *, cell: float = 0.0, kernel: str = "
-                  "\"isotropic\", smoothing: int = 4, closed_at_solids: bool = False, wait: bool = True) -> "
-                  "SurfaceView"),
+          nb::sig("def surface_view(self, of: Any = \"liquid\", *, cell: typing.SupportsFloat = 0.0, kernel: "
+                  "str = \"isotropic\", smoothing: typing.SupportsIndex = 4, closed_at_solids: bool | "
+                  "numpy.bool_ = False, wait: bool | numpy.bool_ = True) -> SurfaceView"),
           "The same as arrays in the memory of the backend, without a copy. wait=False: nothing waits on "
           "CUDA; arrays are as "
           "long as there is room for, draw says how much of them there is, and they are used on stream.")
@@ -2144,9 +2149,9 @@ void bind_world(nb::module_& m) {
           },
           nb::kw_only(), "color"_a = nb::none(), "coldest"_a = 0.0, "hottest"_a = 100.0,
           "colors"_a = nb::none(), "wait"_a = true,
-          nb::sig("def render_view(self, *, color: str | None = None, coldest: float = 0.0, hottest: float = "
-                  "100.0, "
-                  "colors: Sequence[int] | None = None, wait: bool = True) -> RenderPack"),
+          nb::sig("def render_view(self, *, color: str | None = None, coldest: typing.SupportsFloat = 0.0, "
+                  "hottest: typing.SupportsFloat = 100.0, colors: Sequence[typing.SupportsIndex] | None = "
+                  "None, wait: bool | numpy.bool_ = True) -> RenderPack"),
           "Packs particles by id for a renderer. color: \"material\" (an entry of colors each) or "
           "\"temperature\" (even "
           "steps from coldest to hottest [degrees Celsius]); colors: red in the lowest byte, then green, "
@@ -2193,10 +2198,8 @@ void bind_world(nb::module_& m) {
           "origins"_a, "directions"_a, nb::kw_only(), "length"_a = nb::none(),
           "of"_a = nb::make_tuple("liquid", "bodies", "walls"),
           nb::sig("def cast_rays(self, origins: numpy.typing.ArrayLike, directions: numpy.typing.ArrayLike, "
-                  "*, length: "
-                  "float | None = None, of: str | Sequence[str] = (\"liquid\", \"bodies\", \"walls\")) -> "
-                  "dict[str, "
-                  "numpy.ndarray]"),
+                  "*, length: typing.SupportsFloat | None = None, of: str | Sequence[str] = (\"liquid\", "
+                  "\"bodies\", \"walls\")) -> dict[str, numpy.ndarray]"),
           "Where rays from origins along directions, (n, 3) each, first meet liquid, bodies or walls: "
           "\"what\" (0 nothing, 1 "
           "liquid, 2 a body, 3 a wall), \"distance\" [m], \"point\" and \"normal\" (n, 3), \"body\" (index "
