@@ -71,6 +71,8 @@ inline void expect(const meltsim::Status& status) {
   if (!status) throw LibraryError(status.error());
 }
 
+/// A message of the library as Python says it: motion="kinematic" for SolidDesc::motion kinematic, False for false.
+std::string in_words_of_python(std::string message);
 /// str(value)
 inline std::string to_text(const nb::object& value) { return nb::str(value).c_str(); }
 /// For messages: the value, shortened, and its type.

@@ -332,7 +332,13 @@ void bind_readings(nb::module_& m) {
       .add("field_impulse", &Ledger::field_impulse, "Likewise [N s].")
       .add("max_speed", &Ledger::max_speed, "[m/s]")
       .add("courant", &Ledger::courant, "(c + max_speed) dt / H of that sub-step.")
-      .add("solution", &Ledger::solution, "Heat that what is dissolved has taken up [J].");
+      .add("solution", &Ledger::solution, "Heat that what is dissolved has taken up [J].")
+      .add("density_error_mean", &Ledger::density_error_mean, "rho/rho0 - 1 over liquid with rho > rho0.")
+      .add("density_error_max", &Ledger::density_error_max, "The largest.")
+      .add("sound_speed", &Ledger::sound_speed, "Of that sub-step [m/s]; 0 before the first.")
+      .add("sound_work", &Ledger::sound_work, "On compressed liquid by a sound speed that changes [J].")
+      .add("displaced", &Ledger::displaced, "Liquid particles that teleports of bodies have put elsewhere.")
+      .add("displaced_work", &Ledger::displaced_work, "Their work against gravity, of this World [J].");
   Record<PieceInfo> piece(m, "Piece", "One connected piece of a body.");
   piece.get().def_prop_ro(
       "body", [](const PieceInfo& p) { return p.body.index; },
