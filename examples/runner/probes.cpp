@@ -46,8 +46,8 @@ std::vector<std::string> names_of(const meltsim::ProbeDesc& desc) {
 
 }  // namespace
 
-ProbeGroups add_probes(meltsim::World& world, const std::vector<meltsim::BodyId>& bodies,
-                       const Scene& scene) {
+ProbeGroups add_probes(meltsim::World& world, const std::vector<meltsim::BodyId>& bodies, const Scene& scene,
+                       std::vector<meltsim::ProbeId>* ids) {
   ProbeGroups groups;
   for (std::size_t i = 0; i < scene.probes.size(); ++i) {
     const auto same = std::find_if(groups.begin(), groups.end(), [&](const std::vector<std::size_t>& group) {
@@ -61,6 +61,7 @@ ProbeGroups add_probes(meltsim::World& world, const std::vector<meltsim::BodyId>
     if (!added)
       throw library_failure(added.error(), item_places(scene.probes[group.front()]),
                             fmt::format("probes[{}]", group.front()), scene.where);
+    if (ids != nullptr) ids->push_back(*added);
   }
   return groups;
 }

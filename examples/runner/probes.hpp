@@ -16,8 +16,10 @@ namespace runner {
 /// count from 0, in the order of the scene; groups are in the order in which the World has them.
 using ProbeGroups = std::vector<std::vector<std::size_t>>;
 
-/// bodies: the World's, in the order of the scene. Fails with the place in the scene where the World refuses one.
-ProbeGroups add_probes(meltsim::World& world, const std::vector<meltsim::BodyId>& bodies, const Scene& scene);
+/// bodies: the World's, in the order of the scene. Fails with the place in the scene where the World refuses one. ids: those of
+/// the groups go there.
+ProbeGroups add_probes(meltsim::World& world, const std::vector<meltsim::BodyId>& bodies, const Scene& scene,
+                       std::vector<meltsim::ProbeId>* ids = nullptr);
 
 /// Later samples of the same probes behind earlier ones.
 void append(std::vector<meltsim::ProbeSeries>& to, std::vector<meltsim::ProbeSeries> more);

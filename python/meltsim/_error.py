@@ -1,4 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
+from __future__ import annotations
+
+
 class Error(RuntimeError):
     """What the library refuses or cannot do. The text names the field, its value and the fix; the World is unchanged.
 
@@ -8,9 +11,9 @@ class Error(RuntimeError):
 
     code: str
 
-    def __init__(self, message: str, code: str = "internal"):
+    def __init__(self, message: str, code: str = "internal") -> None:
         super().__init__(message)
         self.code = code
 
-    def __reduce__(self):
+    def __reduce__(self) -> tuple[type[Error], tuple[str, str]]:
         return type(self), (str(self), self.code)

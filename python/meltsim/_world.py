@@ -12,7 +12,7 @@ import sys
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, SupportsFloat
 
 from . import _core
 from ._error import Error
@@ -92,13 +92,25 @@ def _json(value: Any, name: str) -> str:
         raise Error(fault, "invalid_argument") from None
 
 
+def _is_boolean(value: Any) -> bool:
+    """Whether it is a bool, of NumPy, too."""
+    of_numpy = type(value).__module__ == "numpy" and getattr(value, "ndim", 1) == 0
+    return isinstance(value, bool) or of_numpy and value.dtype.kind == "b"
+
+
 def _number(name: str, value: Any) -> float:
-    if isinstance(value, (str, bytes, bool)) or not hasattr(value, "__float__") and not hasattr(value, "__index__"):
+    if isinstance(value, (str, bytes)) or _is_boolean(value) or not hasattr(value, "__float__") and not hasattr(value, "__index__"):
         raise TypeError(f"{name}: expected a number, got {value!r} ({type(value).__name__})")
     try:
         return float(value)
     except (TypeError, ValueError, OverflowError) as error:
         raise TypeError(f"{name}: expected a number, got {value!r} ({type(value).__name__})") from error
+
+
+def _boolean(name: str, value: Any) -> bool:
+    if not _is_boolean(value):
+        raise TypeError(f"{name}: expected True or False, got {value!r} ({type(value).__name__})")
+    return bool(value)
 
 
 _SETTINGS: tuple[str, ...] = getattr(_core, "_world_settings")  # no stub has it
@@ -146,7 +158,8 @@ class World(_core.World):
     @property
     def warnings(self) -> list[str]:
         """What looks like a slip in its scene."""
-        return self.__dict__.setdefault("_warnings", [])
+        texts: list[str] = self.__dict__.setdefault("_warnings", [])
+        return texts
 
     @warnings.setter
     def warnings(self, texts: list[str]) -> None:
@@ -196,53 +209,57 @@ class World(_core.World):
         world.end, world.fps, world.warnings = loaded.end, loaded.fps, loaded.warnings
         return world
 
-    def run(self, seconds: float | None = None, *, fps: float | None = None,
-            each: Callable[[World], Any] | None = None) -> _core.StepResult:
+    def run(self, seconds: SupportsFloat | None = None, *, fps: SupportsFloat | None = None,
+            each: Callable[[World], Any] | None = None, record: bool = True) -> _core.StepResult:
         """Steps for so many seconds (default: to the end of the scene; nothing where that is reached) and records a frame for show() `fps` times a second.
 
         ``each(world)`` is called after every frame; it ends the run by returning False. Returns the report on the last frame. Raises Error with code "halted" if the
-        simulation diverges.
+        simulation diverges. Frames stay until clear_frames(); record=False keeps none.
         """
-        now = self.time
-        if seconds is None:
-            if self.end is None:
-                raise Error("seconds: this World has no end, since it was not loaded from a scene; pass the seconds to run", "invalid_argument")
-            seconds = self.end - now
-            if seconds < 1e-9 * self.end:  # there, to the rounding of a sum of sub-steps, or past it
-                seconds = 0.0
-        else:
-            seconds = _number("seconds", seconds)
-        fps = self.fps if fps is None else _number("fps", fps)
-        if not (math.isfinite(seconds) and seconds >= 0):
-            raise Error(f"seconds: expected a time from 0, got {seconds:g}", "invalid_argument")
-        if not (math.isfinite(fps) and fps > 0):
-            raise Error(f"fps: expected a number above 0, got {fps:g}", "invalid_argument")
+        length = self._left() if seconds is None else _number("seconds", seconds)
+        rate = _number("fps", self.fps if fps is None else fps)
+        kept = _boolean("record", record)
+        if not (math.isfinite(length) and length >= 0):
+            raise Error(f"seconds: expected a time from 0, got {length:g}", "invalid_argument")
+        if not (math.isfinite(rate) and rate > 0):
+            raise Error(f"fps: expected a number above 0, got {rate:g}", "invalid_argument")
         if each is not None and not callable(each):
             raise TypeError(f"each: expected a function of the World, got {each!r} ({type(each).__name__})")
         self.prepare()
         start = self.time
-        if self.steps == 0:
+        if self.steps == 0 and kept:
             self.record()
         result = self.synchronize()
-        frames = max(1, math.ceil(seconds * fps - 1e-9)) if seconds > 0 else 0
+        frames = max(1, math.ceil(length * rate - 1e-9)) if length > 0 else 0
         for k in range(1, frames + 1):
-            target = start + min(k / fps, seconds)
-            # No step may take more than max_substeps.
-            parts = max(1, math.ceil((target - self.time) / (self.stable_dt() * self.max_substeps * 0.9)))
-            for part in range(parts):
-                self.step((target - self.time) / (parts - part))
-            result = self.synchronize()
-            if result.halted:
-                raise Error(result.halt_reason, "halted")
-            self.record()
+            result = self._run_to(start + min(k / rate, length))
+            if kept:
+                self.record()
             if each is not None and each(self) is False:
                 break
+        return result
+
+    def _left(self) -> float:
+        """Seconds to the end of the scene."""
+        if self.end is None:
+            raise Error("seconds: this World has no end, since it was not loaded from a scene; pass the seconds to run", "invalid_argument")
+        left = self.end - self.time
+        return left if left >= 1e-9 * self.end else 0.0  # there, to the rounding of a sum of sub-steps, or past it
+
+    def _run_to(self, target: float) -> _core.StepResult:
+        # No step may take more than max_substeps.
+        parts = max(1, math.ceil((target - self.time) / (self.stable_dt() * self.max_substeps * 0.9)))
+        for part in range(parts):
+            self.step((target - self.time) / (parts - part))
+        result = self.synchronize()
+        if result.halted:
+            raise Error(result.halt_reason, "halted")
         return result
 
     def show(self, path: str | os.PathLike[str] | None = None, *, title: str = "", height: int = 640) -> Page | Path:
         """The recorded frames as a page that plays in a browser: within a notebook, elsewhere as a file (default
         ``meltsim.html``), whose path it returns. Without frames it records the present state first."""
-        if not self._recorded():
+        if self.frames == 0:
             self.record()
         page = self._page(title)
         if path is None and _in_notebook():

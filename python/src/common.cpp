@@ -2,7 +2,9 @@
 #include "common.hpp"
 
 #include <algorithm>
+#include <regex>
 
+#include "describe.hpp"
 #include "suggest.hpp"
 
 namespace meltsim_python {
@@ -21,8 +23,53 @@ std::string shown(nb::handle value) {
   return text + " (" + nb::type_name(value.type()).c_str() + ")";
 }
 
+std::string in_words_of_python(std::string message) {
+  static const std::pair<std::regex, const char*> words[] = {
+      {std::regex("SolidDesc::motion (\\w+) or (\\w+)"), "motion=\"$1\" or \"$2\""},
+      {std::regex("SolidDesc::motion (\\w+)"), "motion=\"$1\""},
+      {std::regex("EventWatch::kinds"), "kinds of watch_events()"},
+      {std::regex("in the order of TriangleMesh::vertices"), "in the order in which Shape.mesh() took them"},
+      {std::regex("\\b(World|[A-Z][A-Za-z]*(Desc|Setting|Watch))::"), ""},
+      {std::regex("\\bShape::"), "Shape."},
+      {std::regex("\\b(hold|enable|watch_forces)\\((\\w+), false\\)"), "$1($2, False)"},
+      {std::regex("\\b(hold|enable|watch_forces)\\((\\w+), true\\)"), "$1($2, True)"}};
+  for (const auto& [word, python] : words) message = std::regex_replace(message, word, python);
+  return message;
+}
+
+std::string accepted(std::string type) {
+  static const std::pair<std::regex, const char*> wider[] = {
+      {std::regex("dict\\[Material \\| str, "), "Mapping[Any, "},
+      {std::regex("\\bdict\\["), "Mapping["},
+      {std::regex("Sequence\\[tuple\\[float, float\\]\\]"), "Sequence[Sequence[float]] | numpy.ndarray"},
+      {std::regex("Sequence\\[float\\]"), "Sequence[float] | numpy.ndarray"},
+      {std::regex("\\bfloat\\b"), "typing.SupportsFloat"},
+      {std::regex("\\bint\\b"), "typing.SupportsIndex"},
+      {std::regex("\\bbool\\b"), "bool | numpy.bool_"}};
+  for (const auto& [word, python] : wider) type = std::regex_replace(type, word, python);
+  return type;
+}
+
+bool is_boolean(nb::handle value) {
+  if (PyBool_Check(value.ptr())) return true;
+  if (!nb::hasattr(value, "dtype") || !nb::hasattr(value, "ndim")) return false;
+  const nb::object kind = nb::getattr(value.attr("dtype"), "kind", nb::none());
+  return kind.equal(nb::str("b")) && value.attr("ndim").equal(nb::int_(0));
+}
+
+nb::object items_of(nb::handle value) {
+  PyObject* const v = value.ptr();
+  if (PyUnicode_Check(v) || PyBytes_Check(v) || PyByteArray_Check(v) || PyDict_Check(v) || PyAnySet_Check(v))
+    return {};
+  nb::object items = nb::steal(PySequence_Fast(v, ""));
+  if (items) return items;
+  if (PyErr_ExceptionMatches(PyExc_TypeError) == 0) throw nb::python_error();
+  PyErr_Clear();
+  return {};
+}
+
 double number(const std::string& name, nb::handle value, const char* expected) {
-  const bool word = PyUnicode_Check(value.ptr()) || PyBytes_Check(value.ptr()) || PyBool_Check(value.ptr());
+  const bool word = PyUnicode_Check(value.ptr()) || PyBytes_Check(value.ptr()) || is_boolean(value);
   const double result = word ? 0 : PyFloat_AsDouble(value.ptr());
   if (word || (result == -1 && PyErr_Occurred())) {
     PyErr_Clear();
@@ -32,7 +79,7 @@ double number(const std::string& name, nb::handle value, const char* expected) {
 }
 
 std::int64_t integer(const std::string& name, nb::handle value) {
-  const bool fits = PyIndex_Check(value.ptr()) && !PyBool_Check(value.ptr());
+  const bool fits = PyIndex_Check(value.ptr()) && !is_boolean(value);
   nb::object index = fits ? nb::steal(PyNumber_Index(value.ptr())) : nb::object();
   const long long result = index ? PyLong_AsLongLong(index.ptr()) : -1;
   if (!fits || PyErr_Occurred()) {
@@ -42,9 +89,15 @@ std::int64_t integer(const std::string& name, nb::handle value) {
   return result;
 }
 
+int small(const std::string& name, nb::handle value) {
+  const std::int64_t wide = integer(name, value);
+  if (wide != static_cast<int>(wide)) refuse(name + ": " + std::to_string(wide) + " is out of range");
+  return static_cast<int>(wide);
+}
+
 bool boolean(const std::string& name, nb::handle value, const char* expected) {
-  if (!PyBool_Check(value.ptr())) wrong_type(name + ": expected " + expected + ", got " + shown(value));
-  return value.ptr() == Py_True;
+  if (!is_boolean(value)) wrong_type(name + ": expected " + expected + ", got " + shown(value));
+  return value.is(Py_True) || PyObject_IsTrue(value.ptr()) == 1;
 }
 
 std::string text(const std::string& name, nb::handle value) {
@@ -59,14 +112,9 @@ std::string text(const std::string& name, nb::handle value) {
 }
 
 meltsim::Vec3d vector(const std::string& name, nb::handle value) {
-  const std::string fault = name + ": expected three numbers, got " + shown(value);
-  if (PyUnicode_Check(value.ptr())) wrong_type(fault);
-  nb::object items = nb::steal(PySequence_Fast(value.ptr(), ""));
-  if (!items) {
-    PyErr_Clear();
-    wrong_type(fault);
-  }
-  if (PySequence_Fast_GET_SIZE(items.ptr()) != 3) wrong_type(fault);
+  const nb::object items = items_of(value);
+  if (!items || PySequence_Fast_GET_SIZE(items.ptr()) != 3)
+    wrong_type(name + ": expected three numbers, got " + shown(value));
   double x[3];
   for (int i = 0; i < 3; ++i)
     x[i] = number(name + "[" + std::to_string(i) + "]", PySequence_Fast_GET_ITEM(items.ptr(), i));
@@ -83,11 +131,8 @@ std::size_t choice(const std::string& name, nb::handle value, const std::vector<
 std::vector<std::string> texts(const std::string& name, nb::handle value) {
   if (PyUnicode_Check(value.ptr())) return {text(name, value)};
   std::vector<std::string> list;
-  nb::object items = nb::steal(PySequence_Fast(value.ptr(), ""));
-  if (!items) {
-    PyErr_Clear();
-    wrong_type(name + ": expected a list of strings, got " + shown(value));
-  }
+  const nb::object items = PyAnySet_Check(value.ptr()) ? nb::list(value) : items_of(value);
+  if (!items) wrong_type(name + ": expected a list of strings, got " + shown(value));
   for (Py_ssize_t i = 0; i < PySequence_Fast_GET_SIZE(items.ptr()); ++i)
     list.push_back(text(name, PySequence_Fast_GET_ITEM(items.ptr(), i)));
   return list;

@@ -23,13 +23,13 @@ namespace meltsim_python {
 /// Arguments of any type, which the functions below convert, and results: what stubs and docstrings call them.
 inline bool any_value(nb::handle) { return true; }
 struct Real : nb::object {
-  NB_OBJECT_DEFAULT(Real, nb::object, "float", any_value)
+  NB_OBJECT_DEFAULT(Real, nb::object, "typing.SupportsFloat", any_value)
 };
 struct Integer : nb::object {
-  NB_OBJECT_DEFAULT(Integer, nb::object, "int", any_value)
+  NB_OBJECT_DEFAULT(Integer, nb::object, "typing.SupportsIndex", any_value)
 };
 struct Boolean : nb::object {
-  NB_OBJECT_DEFAULT(Boolean, nb::object, "bool", any_value)
+  NB_OBJECT_DEFAULT(Boolean, nb::object, "bool | numpy.bool_", any_value)
 };
 struct Text : nb::object {
   NB_OBJECT_DEFAULT(Text, nb::object, "str", any_value)
@@ -38,7 +38,7 @@ struct Texts : nb::object {
   NB_OBJECT_DEFAULT(Texts, nb::object, "str | Sequence[str]", any_value)
 };
 struct Vector : nb::object {
-  NB_OBJECT_DEFAULT(Vector, nb::object, "Sequence[float]", any_value)
+  NB_OBJECT_DEFAULT(Vector, nb::object, "Sequence[typing.SupportsFloat] | numpy.ndarray", any_value)
 };
 struct ArrayLike : nb::object {
   NB_OBJECT_DEFAULT(ArrayLike, nb::object, "numpy.typing.ArrayLike", any_value)
@@ -71,14 +71,20 @@ inline void expect(const meltsim::Status& status) {
   if (!status) throw LibraryError(status.error());
 }
 
+/// A message of the library as Python says it: motion="kinematic" for SolidDesc::motion kinematic, False for false.
+std::string in_words_of_python(std::string message);
 /// str(value)
-inline std::string to_text(const nb::object& value) {
-  return nb::steal<nb::str>(PyObject_Str(value.ptr())).c_str();
-}
+inline std::string to_text(const nb::object& value) { return nb::str(value).c_str(); }
 /// For messages: the value, shortened, and its type.
 std::string shown(nb::handle value);
+/// Whether it is a bool, of NumPy, too.
+bool is_boolean(nb::handle value);
+/// What PySequence_Fast makes of a list, a tuple, an array and the like; null, without an error, of what is none of them: a number, an
+/// array without axes, text, bytes, a dict, a set.
+nb::object items_of(nb::handle value);
 double number(const std::string& name, nb::handle value, const char* expected = "a number");
 std::int64_t integer(const std::string& name, nb::handle value);
+int small(const std::string& name, nb::handle value);  ///< an integer that an int holds
 bool boolean(const std::string& name, nb::handle value, const char* expected = "True or False");
 std::string text(const std::string& name, nb::handle value);
 meltsim::Vec3d vector(const std::string& name, nb::handle value);

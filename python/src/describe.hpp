@@ -44,11 +44,7 @@ auto set_to(std::optional<bool> D::*member) {
 }
 template <class D>
 auto set_to(int D::*member) {
-  return [member](D& d, const std::string& name, nb::handle v) {
-    const std::int64_t value = integer(name, v);
-    if (value != static_cast<int>(value)) refuse(name + ": " + std::to_string(value) + " is out of range");
-    d.*member = static_cast<int>(value);
-  };
+  return [member](D& d, const std::string& name, nb::handle v) { d.*member = small(name, v); };
 }
 template <class D>
 auto set_to(std::uint64_t D::*member) {
@@ -117,6 +113,9 @@ void describe(D& desc, const Keys<D>& keys, const std::string& name, nb::handle 
   }
 }
 
+/// What an argument takes that docstrings call so: NumPy's numbers, vectors and bools, too. For stubs.
+std::string accepted(std::string type);
+
 /// A signature for stubs and help().
 template <class D>
 std::string signature(const char* name, const Keys<D>& keys, std::size_t positional, std::size_t required,
@@ -124,7 +123,7 @@ std::string signature(const char* name, const Keys<D>& keys, std::size_t positio
   std::string s = std::string("def ") + name + "(self";
   for (std::size_t i = 0; i < keys.size(); ++i) {
     if (i == positional) s += ", *";
-    s += std::string(", ") + keys[i].name + ": " + keys[i].type + (i < required ? "" : " = ...");
+    s += std::string(", ") + keys[i].name + ": " + accepted(keys[i].type) + (i < required ? "" : " = ...");
   }
   return s + ") -> " + result;
 }

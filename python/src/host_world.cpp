@@ -156,6 +156,7 @@ void HostWorld::run_stage(const meltsim::StageContext& context, void* pointer) {
     state->owner = nb::find(&world);
     state->world = &world;
     state->stage = true;
+    state->writes = stage.writes;
     struct Expiry {  // also where the function raises
       std::shared_ptr<bool> alive;
       ~Expiry() { *alive = false; }
@@ -178,7 +179,7 @@ void HostWorld::add_stage(const std::string& name, nb::object function, const st
                           std::vector<std::string> reads, std::vector<std::string> writes, bool recorded) {
   if (!PyCallable_Check(function.ptr())) wrong_type("function: expected a function, got " + shown(function));
   const Use world(*this, true);
-  auto stage = std::make_unique<Stage>(Stage{this, name, std::move(function)});
+  auto stage = std::make_unique<Stage>(Stage{this, name, std::move(function), writes});
   meltsim::CustomStage custom;
   custom.name = name;
   custom.run = run_stage;
@@ -250,6 +251,13 @@ void HostWorld::record() {
   stats_ += "\n";
   if (replay_.wants(frame_)) replay_.add(frame_, now.time, p);
   ++frame_;
+}
+
+void HostWorld::clear_frames() {
+  const Use world(*this);
+  replay_ = runner::Replay();
+  stats_ = std::string();
+  frame_ = meltable_ = 0;
 }
 
 std::string HostWorld::page(const std::string& title) const {

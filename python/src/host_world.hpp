@@ -2,6 +2,7 @@
 // The World behind meltsim.World: guards against two threads and dangling arrays, names, frames for the replay.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <functional>
@@ -21,6 +22,8 @@ struct Named {
   std::uint64_t world = 0;
   meltsim::Handle<Tag> id;
   std::string name;
+  /// Of a probe of a scene: its point of the World's probe, which may have others; -1: all of them.
+  int point = -1;
 };
 using Material = Named<meltsim::MaterialTag>;
 using Body = Named<meltsim::BodyTag>;
@@ -36,6 +39,7 @@ struct Stage {
   HostWorld* world = nullptr;
   std::string name;
   nb::object function;
+  std::vector<std::string> writes;
 };
 
 class HostWorld {
@@ -70,12 +74,21 @@ class HostWorld {
   void remove_stage(const std::string& name);
   void record();
   std::string page(const std::string& title) const;
-  bool recorded() const { return frame_ > 0; }
+  std::uint64_t frames() const { return frame_; }
+  void clear_frames();
   void clear() { stages_.clear(); }
   /// Releases the World. What needs it is refused from then on.
   void close();
   bool closed() const { return !world_; }
 
+  /// Whether it was not removed.
+  template <class Tag>
+  bool is_there(const Named<Tag>&) const {
+    return true;
+  }
+  bool is_there(const Body& body) const {
+    return std::find(removed.begin(), removed.end(), body.id) == removed.end();
+  }
   template <class Tag>
   meltsim::Handle<Tag> resolve(const std::string& argument, const std::vector<Named<Tag>>& known,
                                nb::handle value, const char* kind) const;
@@ -85,13 +98,13 @@ class HostWorld {
 
   std::vector<Material> materials;
   std::vector<Body> bodies;
-  std::vector<meltsim::BodyId> removed;  ///< bodies, since the last compact()
-  std::vector<Probe> probes;
+  std::vector<meltsim::BodyId> removed;  ///< of the bodies, until compact()
+  std::vector<Probe> probes;             ///< that there are
+  /// Removed ones of a scene that are points of a probe of the World which others have.
+  std::vector<Probe> unnamed;
   std::vector<Emitter> emitters;
   std::vector<HeatRegion> regions;
-  std::vector<std::vector<std::string>>
-      scene_probes;                ///< of the scene: names of those that one probe of the World has
-  std::vector<ForceField> fields;  ///< that there are
+  std::vector<ForceField> fields;                          ///< that there are
   std::map<std::uint64_t, meltsim::ReadRequest> requests;  ///< open ones, by ticket
   runner::Scene scene;
   std::atomic<int> exported{0};              ///< arrays of the World's own memory that are alive
@@ -122,6 +135,10 @@ struct State {
   HostWorld* world = nullptr;
   std::uint64_t generation = 0;
   bool stage = false;
+  std::vector<std::string> writes;  ///< what the stage may change
+  bool writable(const char* channel) const {
+    return std::find(writes.begin(), writes.end(), channel) != writes.end();
+  }
   std::shared_ptr<bool> alive = std::make_shared<bool>(true);
 };
 
@@ -158,12 +175,13 @@ meltsim::Handle<Tag> HostWorld::resolve(const std::string& argument, const std::
     return named.id;
   }
   if (!PyUnicode_Check(value.ptr()))
-    wrong_type(argument + ": expected a " + kind + " of this World or its name, got " + shown(value));
+    wrong_type(argument + ": expected " + (kind[0] == 'e' ? "an " : "a ") + kind +
+               " of this World or its name, got " + shown(value));
   const std::string name = text(argument, value);
   std::string list;
   for (const Named<Tag>& named : known) {
     if (named.name == name) return named.id;
-    list += (list.empty() ? "" : ", ") + named.name;
+    if (is_there(named)) list += (list.empty() ? "" : ", ") + named.name;
   }
   refuse(argument + ": no " + kind + " is named \"" + name + "\"; there " +
          (list.empty() ? "are none" : "are: " + list));

@@ -24,7 +24,8 @@ NB_MODULE(_core, m) {
     try {
       std::rethrow_exception(p);
     } catch (const meltsim_python::LibraryError& e) {
-      nb::object instance = nb::handle(error_class)(e.error.message, code_name(e.error.code));
+      nb::object instance = nb::handle(error_class)(meltsim_python::in_words_of_python(e.error.message),
+                                                    code_name(e.error.code));
       PyErr_SetObject(error_class, instance.ptr());
     }
   });

@@ -17,20 +17,26 @@ class Record {
   Record(nb::module_& m, const char* name, const char* doc) : name_(name), class_(m, name, doc) {
     class_.def(
         "as_dict", [keys = keys_](nb::handle self) { return dict(self, *keys); },
-        "The same values as a dict.");
-    class_.def("__getstate__", [fields = fields_](const T& t) {
-      nb::list values;
-      for (const Field& field : *fields) values.append(field.get(t));
-      return nb::tuple(values);
-    });
-    class_.def("__setstate__", [fields = fields_, name = name_](T& t, const nb::tuple& values) {
-      if (values.size() != fields->size())
-        wrong_type(name + ": the state is of another version of meltsim: it has " +
-                   std::to_string(values.size()) + " values, not " + std::to_string(fields->size()));
-      T read;
-      for (std::size_t i = 0; i < values.size(); ++i) (*fields)[i].set(read, values[i]);
-      new (&t) T(std::move(read));
-    });
+        nb::sig("def as_dict(self) -> dict[str, Any]"), "The same values as a dict.");
+    class_.def(
+        "__getstate__",
+        [fields = fields_](const T& t) {
+          nb::list values;
+          for (const Field& field : *fields) values.append(field.get(t));
+          return nb::tuple(values);
+        },
+        nb::sig("def __getstate__(self) -> tuple[Any, ...]"));
+    class_.def(
+        "__setstate__",
+        [fields = fields_, name = name_](T& t, const nb::tuple& values) {
+          if (values.size() != fields->size())
+            wrong_type(name + ": the state is of another version of meltsim: it has " +
+                       std::to_string(values.size()) + " values, not " + std::to_string(fields->size()));
+          T read;
+          for (std::size_t i = 0; i < values.size(); ++i) (*fields)[i].set(read, values[i]);
+          new (&t) T(std::move(read));
+        },
+        nb::sig("def __setstate__(self, state: tuple[Any, ...], /) -> None"));
     class_.def("__repr__", [keys = keys_, name = name_](nb::handle self) {
       std::string text = "<meltsim." + name;
       const char* gap = ": ";
@@ -307,6 +313,7 @@ void bind_readings(nb::module_& m) {
                         "Conserved quantities at the end of the last sub-step, summed by the backend.");
   ledger.get().def_prop_ro(
       "solute", [](const Ledger& l) { return nb::make_tuple(l.solute[0], l.solute[1], l.solute[2]); },
+      nb::sig("def solute(self) -> tuple[float, float, float]"),
       "Of every species, in the order in which its materials were added: dissolved or not [kg].");
   keep_numbers(ledger, &Ledger::solute);
   ledger.add("step", &Ledger::step, "Sub-steps completed.")
@@ -325,7 +332,13 @@ void bind_readings(nb::module_& m) {
       .add("field_impulse", &Ledger::field_impulse, "Likewise [N s].")
       .add("max_speed", &Ledger::max_speed, "[m/s]")
       .add("courant", &Ledger::courant, "(c + max_speed) dt / H of that sub-step.")
-      .add("solution", &Ledger::solution, "Heat that what is dissolved has taken up [J].");
+      .add("solution", &Ledger::solution, "Heat that what is dissolved has taken up [J].")
+      .add("density_error_mean", &Ledger::density_error_mean, "rho/rho0 - 1 over liquid with rho > rho0.")
+      .add("density_error_max", &Ledger::density_error_max, "The largest.")
+      .add("sound_speed", &Ledger::sound_speed, "Of that sub-step [m/s]; 0 before the first.")
+      .add("sound_work", &Ledger::sound_work, "On compressed liquid by a sound speed that changes [J].")
+      .add("displaced", &Ledger::displaced, "Liquid particles that teleports of bodies have put elsewhere.")
+      .add("displaced_work", &Ledger::displaced_work, "Their work against gravity, of this World [J].");
   Record<PieceInfo> piece(m, "Piece", "One connected piece of a body.");
   piece.get().def_prop_ro(
       "body", [](const PieceInfo& p) { return p.body.index; },
@@ -355,6 +368,7 @@ void bind_readings(nb::module_& m) {
           [](const PieceInfo& p) {
             return nb::make_tuple(p.orientation.w, p.orientation.x, p.orientation.y, p.orientation.z);
           },
+          nb::sig("def orientation(self) -> tuple[float, float, float, float]"),
           "Rotation since it was built, as a quaternion (w, x, y, z).")
       .def_prop_ro(
           "inertia",
@@ -365,6 +379,7 @@ void bind_readings(nb::module_& m) {
       .def_prop_ro(
           "bounds",
           [](const PieceInfo& p) { return nb::make_tuple(tuple3(p.bounds.min), tuple3(p.bounds.max)); },
+          nb::sig("def bounds(self) -> tuple[tuple[float, float, float], tuple[float, float, float]]"),
           "Lower and upper corner [m].");
   Record<Stiffness>(m, "Stiffness", "Stiffness of the bodies of a material.")
       .add("region_half_width", &Stiffness::region_half_width, "w in use.")
@@ -414,8 +429,9 @@ void bind_readings(nb::module_& m) {
           "as_dict", &particles_as_dict, nb::sig("def as_dict(self) -> dict[str, Any]"),
           "The arrays by their names, fractions as a list of them; without solid, liquid, material and body, "
           "which are in tag.")
-      .def("__getstate__", &particles_state)
-      .def("__setstate__", &set_particles_state)
+      .def("__getstate__", &particles_state, nb::sig("def __getstate__(self) -> tuple[Any, ...]"))
+      .def("__setstate__", &set_particles_state,
+           nb::sig("def __setstate__(self, state: tuple[Any, ...], /) -> None"))
       .def_prop_ro("id", column<std::uint32_t>(&ParticleData::id),
                    "Ascending; from the first step on an id names the same particle. uint32 (n,)")
       .def_prop_ro("position", column<double>(&ParticleData::position, 3), "[m], float64 (n, 3)")
@@ -437,6 +453,7 @@ void bind_readings(nb::module_& m) {
               list.append(array_view<double>(f.data(), {f.size()}, self));
             return list;
           },
+          nb::sig("def fractions(self) -> list[numpy.ndarray]"),
           "Mass fractions: an array per species, in the order in which their materials were added; float64 "
           "(n,)")
       .def_prop_ro("tag", column<std::uint32_t>(&ParticleData::tag),

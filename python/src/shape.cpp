@@ -33,7 +33,8 @@ void bind_shape(nb::module_& m) {
             const auto a = arguments("box", {"min", "max"}, 2, args, kwargs);
             return valid(Shape::box(vector("min", a[0]), vector("max", a[1])));
           },
-          nb::sig("def box(min: Sequence[float], max: Sequence[float]) -> Shape"),
+          nb::sig("def box(min: Sequence[typing.SupportsFloat] | numpy.ndarray, max: "
+                  "Sequence[typing.SupportsFloat] | numpy.ndarray) -> Shape"),
           "Axis-aligned box between two corners.")
       .def_static(
           "sphere",
@@ -41,14 +42,17 @@ void bind_shape(nb::module_& m) {
             const auto a = arguments("sphere", {"center", "radius"}, 2, args, kwargs);
             return valid(Shape::sphere(vector("center", a[0]), number("radius", a[1])));
           },
-          nb::sig("def sphere(center: Sequence[float], radius: float) -> Shape"), "Ball.")
+          nb::sig("def sphere(center: Sequence[typing.SupportsFloat] | numpy.ndarray, radius: "
+                  "typing.SupportsFloat) -> Shape"),
+          "Ball.")
       .def_static(
           "capsule",
           [](const nb::args& args, const nb::kwargs& kwargs) {
             const auto a = arguments("capsule", {"a", "b", "radius"}, 3, args, kwargs);
             return valid(Shape::capsule(vector("a", a[0]), vector("b", a[1]), number("radius", a[2])));
           },
-          nb::sig("def capsule(a: Sequence[float], b: Sequence[float], radius: float) -> Shape"),
+          nb::sig("def capsule(a: Sequence[typing.SupportsFloat] | numpy.ndarray, b: "
+                  "Sequence[typing.SupportsFloat] | numpy.ndarray, radius: typing.SupportsFloat) -> Shape"),
           "All points within `radius` of the segment from `a` to `b`.")
       .def_static(
           "cylinder",
@@ -56,7 +60,8 @@ void bind_shape(nb::module_& m) {
             const auto a = arguments("cylinder", {"a", "b", "radius"}, 3, args, kwargs);
             return valid(Shape::cylinder(vector("a", a[0]), vector("b", a[1]), number("radius", a[2])));
           },
-          nb::sig("def cylinder(a: Sequence[float], b: Sequence[float], radius: float) -> Shape"),
+          nb::sig("def cylinder(a: Sequence[typing.SupportsFloat] | numpy.ndarray, b: "
+                  "Sequence[typing.SupportsFloat] | numpy.ndarray, radius: typing.SupportsFloat) -> Shape"),
           "Cylinder with flat ends at `a` and `b`.")
       .def_static(
           "torus",
@@ -66,8 +71,9 @@ void bind_shape(nb::module_& m) {
             return valid(Shape::torus(vector("center", a[0]), vector("axis", a[1]),
                                       number("major_radius", a[2]), number("minor_radius", a[3])));
           },
-          nb::sig("def torus(center: Sequence[float], axis: Sequence[float], major_radius: float, "
-                  "minor_radius: float) -> Shape"),
+          nb::sig("def torus(center: Sequence[typing.SupportsFloat] | numpy.ndarray, axis: "
+                  "Sequence[typing.SupportsFloat] | numpy.ndarray, major_radius: typing.SupportsFloat, "
+                  "minor_radius: typing.SupportsFloat) -> Shape"),
           "Ring.")
       .def_static(
           "blend",
@@ -81,8 +87,8 @@ void bind_shape(nb::module_& m) {
             for (std::size_t k = 0; k < at.size(); ++k) parts.push_back({at[k], axes[k]});
             return valid(Shape::blend(std::move(parts), a[2] ? number("blend", a[2]) : 0));
           },
-          nb::sig("def blend(centers: numpy.typing.ArrayLike, radii: numpy.typing.ArrayLike, blend: float = "
-                  "0.0) -> Shape"),
+          nb::sig("def blend(centers: numpy.typing.ArrayLike, radii: numpy.typing.ArrayLike, blend: "
+                  "typing.SupportsFloat = 0.0) -> Shape"),
           "Smooth union of ellipsoids along the axes: centers and half axes (n, 3); neighbours merge over "
           "the "
           "width blend [m].")
@@ -110,10 +116,10 @@ void bind_shape(nb::module_& m) {
           "Inside of the mesh of an OBJ, STL or PLY file.")
       .def_static(
           "unite", [](nb::args parts) { return Shape::unite(shapes("unite", parts)); },
-          "Points in at least one part.")
+          nb::sig("def unite(*parts: Shape) -> Shape"), "Points in at least one part.")
       .def_static(
           "intersect", [](nb::args parts) { return Shape::intersect(shapes("intersect", parts)); },
-          "Points in every part.")
+          nb::sig("def intersect(*parts: Shape) -> Shape"), "Points in every part.")
       .def(
           "__or__",
           [](const Shape& a, const Shape& b) {
@@ -136,21 +142,24 @@ void bind_shape(nb::module_& m) {
                                        a[1] ? vector("axis", a[1]) : meltsim::Vec3d{0, 1, 0},
                                        a[2] ? number("angle", a[2]) : 0, a[3] ? number("scale", a[3]) : 1));
           },
-          nb::sig("def transformed(self, offset: Sequence[float] = (0, 0, 0), axis: Sequence[float] = (0, 1, "
-                  "0), angle: float = 0.0, scale: float = 1.0) -> Shape"),
+          nb::sig("def transformed(self, offset: Sequence[typing.SupportsFloat] | numpy.ndarray = (0, 0, 0), "
+                  "axis: Sequence[typing.SupportsFloat] | numpy.ndarray = (0, 1, 0), angle: "
+                  "typing.SupportsFloat = 0.0, scale: typing.SupportsFloat = 1.0) -> Shape"),
           "The shape moved: x -> scale R x + offset, R = rotation about `axis` by `angle` [rad].")
       .def(
           "contains",
           [](const Shape& s, const nb::args& args, const nb::kwargs& kwargs) {
             return s.contains(vector("point", arguments("contains", {"point"}, 1, args, kwargs)[0]));
           },
-          nb::sig("def contains(self, point: Sequence[float]) -> bool"), "Whether the point [m] is inside.")
+          nb::sig("def contains(self, point: Sequence[typing.SupportsFloat] | numpy.ndarray) -> bool"),
+          "Whether the point [m] is inside.")
       .def_prop_ro(
           "bounds",
           [](const Shape& s) {
             const auto b = s.bounds();
             return nb::make_tuple(tuple3(b.min), tuple3(b.max));
           },
+          nb::sig("def bounds(self) -> tuple[tuple[float, float, float], tuple[float, float, float]]"),
           "Smallest box around it: lower and upper corner [m].")
       .def(
           "__copy__", [](nb::handle self) { return nb::borrow(self); },

@@ -103,7 +103,8 @@ const Keys<DomainDesc>& domain_keys() {
 
 /// A value of Python as a scene would give it.
 YAML::Node yaml_of(nb::handle v) {
-  if (PyBool_Check(v.ptr())) return YAML::Load(v.is(Py_True) ? "true" : "false");
+  if (is_boolean(v)) return YAML::Load(boolean("a value", v) ? "true" : "false");
+  if (nb::hasattr(v, "tolist")) return yaml_of(v.attr("tolist")());  // arrays and numbers of NumPy
   if (PyUnicode_Check(v.ptr())) return YAML::Node(text("a value", v));
   return YAML::Load(
       nb::cast<std::string>(nb::str(nb::isinstance<nb::tuple>(v) ? nb::handle(nb::list(v)) : v)));
@@ -148,11 +149,9 @@ const Keys<WorldDesc>& world_keys() {
           if (v.is_none()) return;
           d.domain.bounded = true;
           if (nb::isinstance<nb::dict>(v)) return describe(d.domain, domain_keys(), name, v);
-          nb::object pair = nb::steal(PySequence_Fast(v.ptr(), ""));
-          if (!pair || PyUnicode_Check(v.ptr()) || PySequence_Fast_GET_SIZE(pair.ptr()) != 2) {
-            PyErr_Clear();
+          const nb::object pair = items_of(v);
+          if (!pair || PySequence_Fast_GET_SIZE(pair.ptr()) != 2)
             wrong_type(name + ": expected (min, max), a dict or None, got " + shown(v));
-          }
           d.domain.min = vector(name + ": min", PySequence_Fast_GET_ITEM(pair.ptr(), 0));
           d.domain.max = vector(name + ": max", PySequence_Fast_GET_ITEM(pair.ptr(), 1));
         }},
@@ -259,21 +258,22 @@ auto kept(nb::object I::*member) {
 /// A number, or pairs of (temperature, value).
 auto property(double MaterialDesc::*constant, std::vector<PropertyPoint> MaterialDesc::*table) {
   return [constant, table](MaterialInput& input, const std::string& name, nb::handle v) {
-    if (!PySequence_Check(v.ptr()) || PyUnicode_Check(v.ptr()))
-      return void(input.desc.*constant = number(name, v));
-    nb::object rows = nb::steal(PySequence_Fast(v.ptr(), ""));
-    (input.desc.*table).clear();
-    for (Py_ssize_t i = 0; rows && i < PySequence_Fast_GET_SIZE(rows.ptr()); ++i) {
-      nb::object row = nb::steal(PySequence_Fast(PySequence_Fast_GET_ITEM(rows.ptr(), i), ""));
-      if (!row || PySequence_Fast_GET_SIZE(row.ptr()) != 2) {
-        PyErr_Clear();
-        wrong_type(name + ": expected a number or pairs of (temperature, value), got " + shown(v));
-      }
-      (input.desc.*table)
-          .push_back({number(name, PySequence_Fast_GET_ITEM(row.ptr(), 0)),
+    const std::string fault = name + ": expected a number or pairs of (temperature, value), got ";
+    const nb::object rows = items_of(v);
+    if (!rows) {
+      input.desc.*constant = number(name, v);
+      return (input.desc.*table).clear();
+    }
+    std::vector<PropertyPoint> read;
+    for (Py_ssize_t i = 0; i < PySequence_Fast_GET_SIZE(rows.ptr()); ++i) {
+      const nb::object row = items_of(PySequence_Fast_GET_ITEM(rows.ptr(), i));
+      if (!row || PySequence_Fast_GET_SIZE(row.ptr()) != 2) wrong_type(fault + shown(v));
+      read.push_back({number(name, PySequence_Fast_GET_ITEM(row.ptr(), 0)),
                       number(name, PySequence_Fast_GET_ITEM(row.ptr(), 1))});
     }
-    if (!(input.desc.*table).empty()) input.desc.*constant = (input.desc.*table).front().value;
+    if (read.empty()) refuse(fault + "a table without any: " + shown(v));
+    input.desc.*constant = read.front().value;
+    input.desc.*table = std::move(read);
   };
 }
 
@@ -374,13 +374,11 @@ const Keys<SolidInput>& solid_keys() {
        [](SolidInput& input, const std::string& name, nb::handle v) {
          input.desc.inertia = {};
          if (v.is_none()) return;
-         nb::object rows = nb::steal(PySequence_Fast(v.ptr(), ""));
-         if (!rows || PySequence_Fast_GET_SIZE(rows.ptr()) != 3) {
-           PyErr_Clear();
+         const nb::object rows = items_of(v);
+         if (!rows || PySequence_Fast_GET_SIZE(rows.ptr()) != 3)
            wrong_type(name + ": expected three rows of three numbers, or three numbers, got " + shown(v));
-         }
-         const bool axes = PyNumber_Check(PySequence_Fast_GET_ITEM(rows.ptr(), 0)) != 0 &&
-                           PySequence_Check(PySequence_Fast_GET_ITEM(rows.ptr(), 0)) == 0;
+         nb::handle first = PySequence_Fast_GET_ITEM(rows.ptr(), 0);
+         const bool axes = PyNumber_Check(first.ptr()) != 0 && !items_of(first);
          const Vec3d along = axes ? vector(name, v) : Vec3d{};
          for (int k = 0; k < 3; ++k) {
            const Vec3d row = axes ? Vec3d{k == 0 ? along.x : 0, k == 1 ? along.y : 0, k == 2 ? along.z : 0}
@@ -514,11 +512,9 @@ const Keys<ProbeInput>& probe_keys() {
       {"along", vector_type, "of flux: the direction of the first side of a rectangle", d(&D::along)},
       {"size", vector_type, "of flux: lengths of the two sides of a rectangle, along and across [m]",
        [](ProbeInput& i, const std::string& name, nb::handle v) {
-         nb::object pair = nb::steal(PySequence_Fast(v.ptr(), ""));
-         if (!pair || PyUnicode_Check(v.ptr()) || PySequence_Fast_GET_SIZE(pair.ptr()) != 2) {
-           PyErr_Clear();
+         const nb::object pair = items_of(v);
+         if (!pair || PySequence_Fast_GET_SIZE(pair.ptr()) != 2)
            wrong_type(name + ": expected two numbers, got " + shown(v));
-         }
          for (int k = 0; k < 2; ++k)
            i.desc.size[k] =
                number(name + "[" + std::to_string(k) + "]", PySequence_Fast_GET_ITEM(pair.ptr(), k));
@@ -549,11 +545,9 @@ void take_fractions(HostWorld& w, I& input, const char* what) {
 }
 
 Quat<double> quaternion(const std::string& name, nb::handle v) {
-  nb::object q = nb::steal(PySequence_Fast(v.ptr(), ""));
-  if (!q || PySequence_Fast_GET_SIZE(q.ptr()) != 4) {
-    PyErr_Clear();
+  const nb::object q = items_of(v);
+  if (!q || PySequence_Fast_GET_SIZE(q.ptr()) != 4)
     wrong_type(name + ": expected four numbers (w, x, y, z), got " + shown(v));
-  }
   double x[4];
   for (int k = 0; k < 4; ++k) x[k] = number(name, PySequence_Fast_GET_ITEM(q.ptr(), k));
   return {x[0], x[1], x[2], x[3]};
@@ -681,13 +675,24 @@ std::string new_name(const std::string& name, const char* kind, const char* what
   return name_or(name, kind, known.size(), taken);
 }
 
+/// What the World calls a probe: its name, but where the World still has that for points of a scene that were removed.
+std::string name_in_world(const HostWorld& w, const std::string& name) {
+  const auto taken = [&](const std::string& other) {
+    const auto has = [&](const Probe& p) { return p.name == other; };
+    return std::any_of(w.unnamed.begin(), w.unnamed.end(), has) ||
+           (other != name && std::any_of(w.probes.begin(), w.probes.end(), has));
+  };
+  return taken(name) ? name_or("", (name + ".").c_str(), 1, taken) : name;
+}
+
 /// Objects by name.
 template <class N>
 auto by_name(std::vector<N> HostWorld::*all) {
   return [all](HostWorld& w) {
     w.unguarded();
     nb::dict d;
-    for (const N& x : w.*all) d[x.name.c_str()] = nb::cast(x);
+    for (const N& x : w.*all)
+      if (w.is_there(x)) d[x.name.c_str()] = nb::cast(x);
     return d;
   };
 }
@@ -697,10 +702,11 @@ void init_scene(HostWorld* self, const LoadedScene& loaded, Text backend, Text p
   machine.backend = static_cast<Backend>(choice("backend", backend, backends));
   machine.precision = static_cast<Precision>(choice("precision", precision, precisions));
   set_to (&runner::MachineOptions::threads)(machine, "threads", threads);
+  std::vector<ProbeId> probe_ids;
   auto built = with_place(loaded.is_dict, [&] {
     const nb::gil_scoped_release released;
     runner::Built b = runner::build_world(loaded.scene, machine);
-    b.probes = runner::add_probes(b.world, b.body_ids, loaded.scene);
+    b.probes = runner::add_probes(b.world, b.body_ids, loaded.scene, &probe_ids);
     return b;
   });
   const auto pieces = expect(built.world.pieces());
@@ -721,9 +727,10 @@ void init_scene(HostWorld* self, const LoadedScene& loaded, Text backend, Text p
   for (std::size_t i = 0; i < built.heat_region_ids.size(); ++i)
     self->regions.push_back(
         {self->serial(), built.heat_region_ids[i], loaded.scene.heat_regions[i].desc.name});
-  for (const std::vector<std::size_t>& group : built.probes) {
-    self->scene_probes.emplace_back();
-    for (const std::size_t i : group) self->scene_probes.back().push_back(loaded.scene.probes[i].desc.name);
+  for (std::size_t k = 0; k < built.probes.size(); ++k) {
+    int point = 0;
+    for (const std::size_t i : built.probes[k])
+      self->probes.push_back({self->serial(), probe_ids[k], loaded.scene.probes[i].desc.name, point++});
   }
 }
 
@@ -736,8 +743,9 @@ void bind_named(nb::module_& m, const char* name, const char* doc) {
       .def(
           "__eq__",
           [](const N& a, nb::handle b) {
-            return nb::isinstance<N>(b) && nb::cast<const N&>(b).world == a.world &&
-                   nb::cast<const N&>(b).id == a.id;
+            if (!nb::isinstance<N>(b)) return false;
+            const N& other = nb::cast<const N&>(b);
+            return other.world == a.world && other.id == a.id && other.point == a.point;
           },
           nb::arg("other").none())
       .def("__hash__", [](const N& n) { return n.world * 1000003u + n.id.index; })
@@ -850,6 +858,94 @@ void remove(HostWorld& w, const char* argument, std::vector<Named<Tag>>& known, 
               known.end());
 }
 
+/// Removes a probe; of a scene's probes that are points of one probe of the World the last one that is left, of others the name.
+void remove_probe(HostWorld& w, nb::handle what) {
+  const ProbeId id = w.resolve("probe", w.probes, what, "probe");
+  const bool handle = nb::isinstance<Probe>(what);
+  const auto sought = [&](const Probe& p) {
+    return p.id == id &&
+           (handle ? p.point == nb::cast<const Probe&>(what).point : p.name == text("probe", what));
+  };
+  const auto of_world = [&](const Probe& p) { return p.id == id; };
+  const auto found = std::find_if(w.probes.begin(), w.probes.end(), sought);
+  const auto points = std::count_if(w.probes.begin(), w.probes.end(), of_world);
+  if (found == w.probes.end() && points > 0)
+    refuse("remove: probe \"" + nb::cast<const Probe&>(what).name + "\": was removed already");
+  if (points > 1) {
+    const HostWorld::Use use(w, true);
+    w.unnamed.push_back(*found);
+    return void(w.probes.erase(found));
+  }
+  away(w, true, [&](World& world) { expect(world.remove(id)); });
+  w.unnamed.erase(std::remove_if(w.unnamed.begin(), w.unnamed.end(), of_world), w.unnamed.end());
+  w.probes.erase(std::remove_if(w.probes.begin(), w.probes.end(), of_world), w.probes.end());
+}
+
+void remove_body(HostWorld& w, nb::handle what) {
+  const BodyId id = w.resolve("body", w.bodies, what, "body");
+  away(w, true, [&](World& world) { expect(world.remove(id)); });
+  w.removed.push_back(id);
+}
+
+/// What remove() takes by name: how it is called, and the handles of those that are there.
+struct Removable {
+  const char* kind;
+  const char* property;
+  std::vector<std::string> names;
+  std::function<void(nb::handle)> remove;
+};
+std::vector<Removable> removables(HostWorld& w) {
+  const auto names_of = [&w](const auto& all) {
+    std::vector<std::string> names;
+    for (const auto& one : all)
+      if (w.is_there(one)) names.push_back(one.name);
+    return names;
+  };
+  return {{"body", "bodies", names_of(w.bodies), [&w](nb::handle what) { remove_body(w, what); }},
+          {"force field", "force_fields", names_of(w.fields),
+           [&w](nb::handle what) { remove(w, "field", w.fields, what, "force field"); }},
+          {"heat region", "heat_regions", names_of(w.regions),
+           [&w](nb::handle what) { remove(w, "region", w.regions, what, "heat region"); }},
+          {"probe", "probes", names_of(w.probes), [&w](nb::handle what) { remove_probe(w, what); }}};
+}
+
+void remove_named(HostWorld& w, nb::handle what) {
+  const std::string name = text("remove", what);
+  const Removable* found = nullptr;
+  std::string list;
+  const std::vector<Removable> kinds = removables(w);
+  for (const Removable& kind : kinds)
+    for (const std::string& known : kind.names) {
+      list += (list.empty() ? "" : ", ") + known;
+      if (known != name) continue;
+      if (found != nullptr)
+        refuse(std::string("remove: a ") + found->kind + " and a " + kind.kind + " are named \"" + name +
+               "\"; pass the one that you mean: world." + found->property + "[\"" + name + "\"] or world." +
+               kind.property + "[\"" + name + "\"]");
+      found = &kind;
+    }
+  for (const Body& body : w.bodies)  // says that it was removed
+    if (found == nullptr && body.name == name) return remove_body(w, what);
+  if (found == nullptr)
+    refuse("remove: no body, force field, heat region or probe is named \"" + name + "\"; there " +
+           (list.empty() ? "are none" : "are: " + list));
+  found->remove(what);
+}
+
+void remove_any(HostWorld& w, nb::handle what) {
+  if (PyUnicode_Check(what.ptr())) return remove_named(w, what);
+  if (nb::isinstance<ForceField>(what)) return remove(w, "field", w.fields, what, "force field");
+  if (nb::isinstance<HeatRegion>(what)) return remove(w, "region", w.regions, what, "heat region");
+  if (nb::isinstance<Probe>(what)) return remove_probe(w, what);
+  if (nb::isinstance<Emitter>(what))
+    refuse("remove: an emitter cannot be removed; set_emitter(..., on=False) turns it off");
+  if (!nb::isinstance<Body>(what))
+    wrong_type(
+        "remove: expected a body, a force field, a heat region or a probe of this World, or its name, got " +
+        shown(what));
+  remove_body(w, what);
+}
+
 /// What a call has of its bytes: them, or a copy of what may change while it is read.
 nb::object bytes_of(const std::string& name, const char* call, nb::object given) {
   if (!PyObject_CheckBuffer(given.ptr()))
@@ -862,25 +958,21 @@ nb::object bytes_of(const std::string& name, const char* call, nb::object given)
 
 nb::dict samples_by_name(const HostWorld& w, std::vector<ProbeSeries> all) {
   nb::dict result;
-  const std::size_t of_scene = w.scene_probes.size();
-  for (std::size_t k = 0; k < all.size(); ++k) {
-    ProbeSeries& s = all[k];
+  for (ProbeSeries& s : all) {
     const std::size_t points = s.points, width = s.width, times = s.time.size();
     const nb::object time = array_of<double>(std::move(s.time)),
                      values = array_of<double>(std::move(s.values)).attr("reshape")(times, points, width);
-    const auto put = [&](const std::string& name, nb::object of) {
+    for (const Probe& probe : w.probes) {
+      if (probe.id != s.probe) continue;
       nb::dict one;
       one["time"] = time;
-      one["values"] = std::move(of);
-      result[name.c_str()] = one;
-    };
-    if (k >= of_scene) {
-      put(w.probes.at(k - of_scene).name, values);
-      continue;
+      one["values"] = values;
+      if (probe.point >= 0)
+        one["values"] =
+            values[nb::make_tuple(nb::slice(nb::none(), nb::none(), nb::none()),
+                                  nb::slice(nb::int_(probe.point), nb::int_(probe.point + 1), nb::none()))];
+      result[probe.name.c_str()] = one;
     }
-    for (std::size_t j = 0; j < w.scene_probes[k].size(); ++j)
-      put(w.scene_probes[k][j], values[nb::make_tuple(nb::slice(nb::none(), nb::none(), nb::none()),
-                                                      nb::slice(nb::int_(j), nb::int_(j + 1), nb::none()))]);
   }
   return result;
 }
@@ -937,7 +1029,7 @@ void bind_reading(nb::module_& m) {
       .def_prop_ro("forces",
                    part(&ReadRequest::forces,
                         [](HostReading& r) { return forces_by_name(*r.world, r.reading.forces); }),
-                   nb::sig("def forces(self) -> dict[str, dict[str, float | tuple[float, ...]]] | None"),
+                   nb::sig("def forces(self) -> dict[str, meltsim._types.Forces] | None"),
                    "As World.take_forces().")
       .def_prop_ro("events",
                    part(&ReadRequest::events,
@@ -1180,7 +1272,7 @@ SurfaceDesc surface_desc(HostWorld& w, nb::handle of_what, nb::handle cell, nb::
     std::string others;
     for (const Body& body : w.bodies) {
       if (body.name == word) desc.of = SurfaceOf::body, desc.body = body.id;
-      others += (others.empty() ? "" : ", ") + body.name;
+      if (w.is_there(body)) others += (others.empty() ? "" : ", ") + body.name;
     }
     if (word == "liquid" || word == "solids")  // before bodies of that name
       desc.of = word == "liquid" ? SurfaceOf::liquid : SurfaceOf::solids;
@@ -1217,15 +1309,19 @@ void bind_state(nb::module_& m) {
                               s.context.backend, expired);
            })
       .def_prop_ro(
-          "position", [](State& s) { return state_array(s, s.context.position, 4, scalar(s), s.stage); },
+          "position",
+          [](State& s) { return state_array(s, s.context.position, 4, scalar(s), s.writable("position")); },
           nb::sig("def position(self) -> Any"),
           "x, y, z relative to World.resolved.origin [m], rest volume [m^3]; (n, 4)")
       .def_prop_ro(
-          "velocity", [](State& s) { return state_array(s, s.context.velocity, 4, scalar(s), s.stage); },
+          "velocity",
+          [](State& s) { return state_array(s, s.context.velocity, 4, scalar(s), s.writable("velocity")); },
           nb::sig("def velocity(self) -> Any"), "[m/s]; the fourth column belongs to the library; (n, 4)")
       .def_prop_ro(
           "acceleration",
-          [](State& s) { return state_array(s, s.context.acceleration, 3, scalar(s), s.stage, true); },
+          [](State& s) {
+            return state_array(s, s.context.acceleration, 3, scalar(s), s.writable("acceleration"), true);
+          },
           nb::sig("def acceleration(self) -> Any"),
           "Within a stage: add to it [m/s^2]; (n, 3). None outside.")
       .def_prop_ro(
@@ -1358,11 +1454,6 @@ void bind_world(nb::module_& m) {
   nb::class_<HostWorld>(m, "World", nb::type_slots(world_slots))
       .def("__init__", &init_scene, "scene"_a, "backend"_a, "precision"_a, "threads"_a)
       .def("__init__", &init_world, nb::sig(init_sig.c_str()), init_doc.c_str())
-      .def("_recorded",
-           [](HostWorld& w) {
-             w.unguarded();
-             return w.recorded();
-           })
       .def("close", &HostWorld::close,
            "Releases the World and its memory; everything but close() is refused from then on, and close() "
            "does nothing. Refused while "
@@ -1500,19 +1591,11 @@ void bind_world(nb::module_& m) {
             describe(input, probe_keys(), "add_probe", 2, args, kwargs);
             if (input.body && !input.body.is_none())
               input.desc.body = w.resolve("body", w.bodies, input.body, "body");
-            // Of a scene's probes that one of the World has, the World knows one name.
-            const auto taken = [&](const std::string& name) {
-              for (const std::vector<std::string>& group : w.scene_probes)
-                if (std::find(group.begin(), group.end(), name) != group.end()) return true;
-              return std::any_of(w.probes.begin(), w.probes.end(),
-                                 [&](const Probe& known) { return known.name == name; });
-            };
-            if (taken(input.desc.name)) refuse("name: there is a probe \"" + input.desc.name + "\" already");
-            input.desc.name =
-                name_or(input.desc.name, "probe", w.scene_probes.size() + w.probes.size(), taken);
+            const std::string name = new_name(input.desc.name, "probe", "a probe", w.probes);
+            input.desc.name = name_in_world(w, name);
             Probe probe{w.serial(),
                         away(w, true, [&](World& world) { return expect(world.add_probe(input.desc)); }),
-                        input.desc.name};
+                        name};
             w.probes.push_back(probe);
             return probe;
           },
@@ -1578,17 +1661,19 @@ void bind_world(nb::module_& m) {
           "event"_a, "Records a CUDA event, given as its address, behind all that the World has enqueued.")
       .def(
           "save_state",
-          [](HostWorld& w, int slot) {
-            away(w, true, [&](World& world) { expect(world.save_state(slot)); });
+          [](HostWorld& w, Integer slot) {
+            const int of = small("slot", slot);
+            away(w, true, [&](World& world) { expect(world.save_state(of)); });
           },
-          "slot"_a = 0, nb::sig("def save_state(self, slot: int = 0) -> None"),
+          "slot"_a = 0, nb::sig("def save_state(self, slot: typing.SupportsIndex = 0) -> None"),
           "Saves the state in the backend's memory under a number from 0 to 15.")
       .def(
           "load_state",
-          [](HostWorld& w, int slot) {
-            away(w, true, [&](World& world) { expect(world.load_state(slot)); });
+          [](HostWorld& w, Integer slot) {
+            const int of = small("slot", slot);
+            away(w, true, [&](World& world) { expect(world.load_state(of)); });
           },
-          "slot"_a = 0, nb::sig("def load_state(self, slot: int = 0) -> None"),
+          "slot"_a = 0, nb::sig("def load_state(self, slot: typing.SupportsIndex = 0) -> None"),
           "Goes back to a state of save_state(), to the bit. Lost when something is added, removed or "
           "restored, or "
           "stages begin or end; snapshot() is not.")
@@ -1619,12 +1704,13 @@ void bind_world(nb::module_& m) {
           "Pose and twist of a proxy now, as set_proxy() takes them. Waits.")
       .def(
           "watch_forces",
-          [](HostWorld& w, nb::object body, bool on) {
+          [](HostWorld& w, nb::object body, Boolean on) {
+            const bool watched = boolean("on", on);
             const BodyId id = w.resolve("body", w.bodies, body, "body");
-            away(w, true, [&](World& world) { expect(world.watch_forces(id, on)); });
+            away(w, true, [&](World& world) { expect(world.watch_forces(id, watched)); });
           },
           "body"_a, "on"_a = true,
-          nb::sig("def watch_forces(self, body: Body | str, on: bool = True) -> None"),
+          nb::sig("def watch_forces(self, body: Body | str, on: bool | numpy.bool_ = True) -> None"),
           "Begins, or ends, to sum up what acts on a body. Proxies are always watched.")
       .def(
           "take_forces",
@@ -1632,7 +1718,7 @@ void bind_world(nb::module_& m) {
             const auto all = away(w, false, [](World& world) { return expect(world.take_forces()); });
             return forces_by_name(w, all);
           },
-          nb::sig("def take_forces(self) -> dict[str, dict[str, float | tuple[float, ...]]]"),
+          nb::sig("def take_forces(self) -> dict[str, meltsim._types.Forces]"),
           "What acted on every watched body since the last call, by its name: impulses [N s] and angular "
           "impulses "
           "[N m s] about its centre of mass (of kinematic bodies the pivot) in all and by pressure, "
@@ -1654,7 +1740,8 @@ void bind_world(nb::module_& m) {
             away(w, true, [&](World& world) { expect(world.watch_events(what)); });
           },
           "capacity"_a = 4096, "kinds"_a = nb::none(),
-          nb::sig("def watch_events(self, capacity: int = 4096, kinds: Sequence[str] | None = None) -> None"),
+          nb::sig("def watch_events(self, capacity: typing.SupportsIndex = 4096, kinds: Sequence[str] | None "
+                  "= None) -> None"),
           "Begins to note events, in a ring of so many. Kinds, all of them by default: \"melted\", "
           "\"frozen\", "
           "\"split\", \"contact_begun\", \"contact_ended\", \"gone\", \"left\".")
@@ -1676,20 +1763,11 @@ void bind_world(nb::module_& m) {
           "\"lost\", how many older ones the ring had no room for; \"counts\" by kind, lost ones included. "
           "Waits.")
       .def(
-          "remove",
-          [](HostWorld& w, nb::object what) {
-            if (nb::isinstance<ForceField>(what)) return remove(w, "field", w.fields, what, "force field");
-            if (nb::isinstance<HeatRegion>(what)) return remove(w, "region", w.regions, what, "heat region");
-            if (nb::isinstance<Probe>(what)) return remove(w, "probe", w.probes, what, "probe");
-            const BodyId id = w.resolve("body", w.bodies, what, "body");
-            away(w, true, [&](World& world) { expect(world.remove(id)); });
-            w.removed.push_back(id);
-          },
-          "body"_a, nb::sig("def remove(self, body: Body | str | ForceField | HeatRegion | Probe) -> None"),
-          "Removes a body, by its name, too: all that is solid of it, and its name stays taken until "
-          "compact(). Or "
-          "a force field, a heat region or a probe, whose names are free again; samples of a probe that were "
-          "not taken go with it.")
+          "remove", [](HostWorld& w, nb::object what) { remove_any(w, what); }, "body"_a,
+          nb::sig("def remove(self, body: Body | ForceField | HeatRegion | Probe | str) -> None"),
+          "Removes a body, a force field, a heat region or a probe, by its name, too. Of a body all that is "
+          "solid goes, and its name stays taken until compact(); other names are free again. Samples of a "
+          "probe that were not taken go with it.")
       .def(
           "remove_liquid",
           [](HostWorld& w, const Shape& shape) {
@@ -1700,9 +1778,7 @@ void bind_world(nb::module_& m) {
           "compact",
           [](HostWorld& w) {
             auto was = away(w, true, [](World& world) { return expect(world.compact()); });
-            const auto gone = [&](const Body& b) {
-              return std::find(w.removed.begin(), w.removed.end(), b.id) != w.removed.end();
-            };
+            const auto gone = [&](const Body& b) { return !w.is_there(b); };
             w.bodies.erase(std::remove_if(w.bodies.begin(), w.bodies.end(), gone), w.bodies.end());
             w.removed.clear();
             return array_of<std::uint32_t>(std::move(was));
@@ -1714,9 +1790,10 @@ void bind_world(nb::module_& m) {
           "that it had.")
       .def(
           "hold",
-          [](HostWorld& w, nb::object body, bool on) {
+          [](HostWorld& w, nb::object body, Boolean on) {
+            const bool held = boolean("on", on);
             const BodyId id = w.resolve("body", w.bodies, body, "body");
-            away(w, true, [&](World& world) { expect(world.hold(id, on)); });
+            away(w, true, [&](World& world) { expect(world.hold(id, held)); });
           },
           "body"_a, "on"_a = true, "Holds a free or rigid body where it is, or lets it go.")
       .def(
@@ -1752,11 +1829,10 @@ void bind_world(nb::module_& m) {
           },
           "emitter"_a, nb::kw_only(), "on"_a = nb::none(), "speed"_a = nb::none(),
           "temperature"_a = nb::none(), "center"_a = nb::none(), "level"_a = nb::none(),
-          nb::sig(
-              "def set_emitter(self, emitter: Emitter | str, *, on: bool | None = None, speed: float | "
-              "None = "
-              "None, temperature: float | None = None, center: Sequence[float] | None = None, level: float | "
-              "None = None) -> None"),
+          nb::sig("def set_emitter(self, emitter: Emitter | str, *, on: bool | numpy.bool_ | None = None, "
+                  "speed: typing.SupportsFloat | None = None, temperature: typing.SupportsFloat | None = "
+                  "None, center: Sequence[typing.SupportsFloat] | numpy.ndarray | None = None, level: "
+                  "typing.SupportsFloat | None = None) -> None"),
           "Turns an emitter on or off, changes its speed [m/s] or the temperature of what is to come "
           "[degrees Celsius], moves it [m], or changes the level beyond a face [m].")
       .def(
@@ -1765,7 +1841,7 @@ void bind_world(nb::module_& m) {
             const Vec3d g = vector("gravity", arguments("set_gravity", {"gravity"}, 1, args, kwargs)[0]);
             away(w, true, [&](World& world) { expect(world.set_gravity(g)); });
           },
-          nb::sig("def set_gravity(self, gravity: Sequence[float]) -> None"),
+          nb::sig("def set_gravity(self, gravity: Sequence[typing.SupportsFloat] | numpy.ndarray) -> None"),
           "Sets gravity [m/s^2]. Not part of snapshots.")
       .def(
           "set_heat_time_scale",
@@ -1773,7 +1849,7 @@ void bind_world(nb::module_& m) {
             const double x = number("scale", arguments("set_heat_time_scale", {"scale"}, 1, args, kwargs)[0]);
             away(w, true, [&](World& world) { expect(world.set_heat_time_scale(x)); });
           },
-          nb::sig("def set_heat_time_scale(self, scale: float) -> None"),
+          nb::sig("def set_heat_time_scale(self, scale: typing.SupportsFloat) -> None"),
           "Sets how many times faster than motion heat runs; 0 stops heat. Not part of snapshots.")
       .def(
           "set_wall_heat",
@@ -1785,8 +1861,9 @@ void bind_world(nb::module_& m) {
             away(w, true, [&](World& world) { expect(world.set_wall_heat(index, desc)); });
           },
           "face"_a, "heat"_a,
-          nb::sig("def set_wall_heat(self, face: str, *, temperature: float | None = ..., flux: float = ..., "
-                  "convection: float = ..., emissivity: float = ..., ambient: float = ...) -> None"),
+          nb::sig("def set_wall_heat(self, face: str, *, temperature: typing.SupportsFloat | None = ..., "
+                  "flux: typing.SupportsFloat = ..., convection: typing.SupportsFloat = ..., emissivity: "
+                  "typing.SupportsFloat = ..., ambient: typing.SupportsFloat = ...) -> None"),
           "Sets the heat through a wall, -x to +z; what is not given is 0, and `ambient` 20 degrees.")
       .def(
           "set_free_surface_heat",
@@ -1797,8 +1874,9 @@ void bind_world(nb::module_& m) {
             away(w, true, [&](World& world) { expect(world.set_free_surface_heat(desc)); });
           },
           "heat"_a,
-          nb::sig("def set_free_surface_heat(self, *, temperature: float | None = ..., flux: float = ..., "
-                  "convection: float = ..., emissivity: float = ..., ambient: float = ...) -> None"),
+          nb::sig("def set_free_surface_heat(self, *, temperature: typing.SupportsFloat | None = ..., flux: "
+                  "typing.SupportsFloat = ..., convection: typing.SupportsFloat = ..., emissivity: "
+                  "typing.SupportsFloat = ..., ambient: typing.SupportsFloat = ...) -> None"),
           "Sets the heat through the liquid's free surface; what is not given is 0, and `ambient` 20 "
           "degrees.")
       .def(
@@ -1811,25 +1889,28 @@ void bind_world(nb::module_& m) {
             away(w, true, [&](World& world) { expect(world.set_heat_region(id, held, released)); });
           },
           "region"_a, nb::kw_only(), "temperature"_a = nb::none(), "source"_a = 0.0,
-          nb::sig("def set_heat_region(self, region: HeatRegion | str, *, temperature: float | None = None, "
-                  "source: float = 0.0) -> None"),
+          nb::sig("def set_heat_region(self, region: HeatRegion | str, *, temperature: typing.SupportsFloat "
+                  "| None = None, source: typing.SupportsFloat = 0.0) -> None"),
           "Sets what a heat region does: it holds a temperature [degrees Celsius] or releases heat [W/m^3].")
       .def(
           "prepare", [](HostWorld& w) { away(w, true, [](World& world) { expect(world.prepare()); }); },
           "Allocates and plans for the next step; step() does it if it was not called.")
       .def(
           "settle",
-          [](HostWorld& w, const std::optional<double>& seconds) {
+          [](HostWorld& w, nb::object seconds) {
+            const double given =
+                seconds.is_none() ? automatic : number("seconds", seconds, "a number or None");
             Settled came_to;
             w.advance([&](World& world) -> Status {
-              auto result = world.settle(seconds.value_or(automatic));
+              auto result = world.settle(given);
               if (!result) return result.error();
               came_to = *result;
               return {};
             });
             return came_to;
           },
-          nb::arg("seconds") = nb::none(),
+          "seconds"_a = nb::none(),
+          nb::sig("def settle(self, seconds: typing.SupportsFloat | None = None) -> Settled"),
           "Lets liquid come to rest before the first step, with bodies held, so that forces on what it "
           "touches "
           "are those of rest from then on. None: as long as depth and speed of sound ask for. Liquid that "
@@ -1839,7 +1920,7 @@ void bind_world(nb::module_& m) {
           [](HostWorld& w, const nb::args& args, const nb::kwargs& kwargs) {
             w.step(number("seconds", arguments("step", {"seconds"}, 1, args, kwargs)[0]));
           },
-          nb::sig("def step(self, seconds: float) -> None"),
+          nb::sig("def step(self, seconds: typing.SupportsFloat) -> None"),
           "Advances by so many seconds, in sub-steps that keep it stable. Other threads run meanwhile. "
           "Ctrl-C, or the stop button of a "
           "notebook, ends it between sub-steps with KeyboardInterrupt, or with what the host's own handler "
@@ -1853,7 +1934,8 @@ void bind_world(nb::module_& m) {
             const double dt = number("seconds", a[0]), budget = number("milliseconds", a[1]);
             return timed(w, [&](World& world) { return world.step_within(dt, budget); });
           },
-          nb::sig("def step_within(self, seconds: float, milliseconds: float) -> TimedStep"),
+          nb::sig("def step_within(self, seconds: typing.SupportsFloat, milliseconds: typing.SupportsFloat) "
+                  "-> TimedStep"),
           "As step(), but ends when so much wall time is used up; says how far it came and what it owes. "
           "At least one sub-step is taken.")
       .def(
@@ -1866,7 +1948,8 @@ void bind_world(nb::module_& m) {
             return timed(
                 w, [&](World& world) { return world.step_part(dt, static_cast<std::uint64_t>(count)); });
           },
-          nb::sig("def step_part(self, seconds: float, substeps: int) -> TimedStep"),
+          nb::sig("def step_part(self, seconds: typing.SupportsFloat, substeps: typing.SupportsIndex) -> "
+                  "TimedStep"),
           "Takes the first sub-steps of step(): repeats a step_within() that took as many, to the bit.")
       .def(
           "synchronize",
@@ -1912,7 +1995,7 @@ void bind_world(nb::module_& m) {
             return away(w, false, [&](World& world) { return expect(world.ready(of)); });
           },
           "ticket"_a, "Whether take() would return at once.")
-      .def("take", &take, "ticket"_a, nb::sig("def take(self, ticket: int) -> Reading"),
+      .def("take", &take, "ticket"_a, nb::sig("def take(self, ticket: typing.SupportsIndex) -> Reading"),
            "Waits for that reading, not for steps behind it, and closes the ticket.")
       .def("state", &HostWorld::state, nb::sig("def state(self) -> State"),
            "Views of the World's own memory, without a copy. Waits for all steps.")
@@ -1935,7 +2018,14 @@ void bind_world(nb::module_& m) {
             snapshot = bytes_of("snapshot", "snapshot()", std::move(snapshot));
             const auto* data = PyBytes_AS_STRING(snapshot.ptr());
             const auto size = static_cast<std::size_t>(PyBytes_GET_SIZE(snapshot.ptr()));
-            away(w, true, [&](World& world) { expect(world.restore(data, size)); });
+            const auto all = away(w, true, [&](World& world) {
+              expect(world.restore(data, size));
+              return expect(world.bodies());
+            });
+            w.removed.clear();  // a snapshot may have bodies that were removed since, or lack others
+            for (const Body& body : w.bodies)
+              if (std::none_of(all.begin(), all.end(), [&](const BodyInfo& b) { return b.body == body.id; }))
+                w.removed.push_back(body.id);
           },
           "snapshot"_a, nb::sig("def restore(self, snapshot: bytes | bytearray | memoryview) -> None"),
           "Goes back to a snapshot of a World with the same materials and bodies. On an error the World is "
@@ -2019,9 +2109,9 @@ void bind_world(nb::module_& m) {
           },
           "of"_a = "liquid", nb::kw_only(), "cell"_a = 0.0, "kernel"_a = "isotropic", "smoothing"_a = 4,
           "closed_at_solids"_a = false, "wait"_a = true,
-          nb::sig("def surface_view(self, of: Any = \"liquid\", *, cell: float = 0.0, kernel: str = "
-                  "\"isotropic\", smoothing: int = 4, closed_at_solids: bool = False, wait: bool = True) -> "
-                  "SurfaceView"),
+          nb::sig("def surface_view(self, of: Any = \"liquid\", *, cell: typing.SupportsFloat = 0.0, kernel: "
+                  "str = \"isotropic\", smoothing: typing.SupportsIndex = 4, closed_at_solids: bool | "
+                  "numpy.bool_ = False, wait: bool | numpy.bool_ = True) -> SurfaceView"),
           "The same as arrays in the memory of the backend, without a copy. wait=False: nothing waits on "
           "CUDA; arrays are as "
           "long as there is room for, draw says how much of them there is, and they are used on stream.")
@@ -2059,9 +2149,9 @@ void bind_world(nb::module_& m) {
           },
           nb::kw_only(), "color"_a = nb::none(), "coldest"_a = 0.0, "hottest"_a = 100.0,
           "colors"_a = nb::none(), "wait"_a = true,
-          nb::sig("def render_view(self, *, color: str | None = None, coldest: float = 0.0, hottest: float = "
-                  "100.0, "
-                  "colors: Sequence[int] | None = None, wait: bool = True) -> RenderPack"),
+          nb::sig("def render_view(self, *, color: str | None = None, coldest: typing.SupportsFloat = 0.0, "
+                  "hottest: typing.SupportsFloat = 100.0, colors: Sequence[typing.SupportsIndex] | None = "
+                  "None, wait: bool | numpy.bool_ = True) -> RenderPack"),
           "Packs particles by id for a renderer. color: \"material\" (an entry of colors each) or "
           "\"temperature\" (even "
           "steps from coldest to hottest [degrees Celsius]); colors: red in the lowest byte, then green, "
@@ -2108,10 +2198,8 @@ void bind_world(nb::module_& m) {
           "origins"_a, "directions"_a, nb::kw_only(), "length"_a = nb::none(),
           "of"_a = nb::make_tuple("liquid", "bodies", "walls"),
           nb::sig("def cast_rays(self, origins: numpy.typing.ArrayLike, directions: numpy.typing.ArrayLike, "
-                  "*, length: "
-                  "float | None = None, of: str | Sequence[str] = (\"liquid\", \"bodies\", \"walls\")) -> "
-                  "dict[str, "
-                  "numpy.ndarray]"),
+                  "*, length: typing.SupportsFloat | None = None, of: str | Sequence[str] = (\"liquid\", "
+                  "\"bodies\", \"walls\")) -> dict[str, numpy.ndarray]"),
           "Where rays from origins along directions, (n, 3) each, first meet liquid, bodies or walls: "
           "\"what\" (0 nothing, 1 "
           "liquid, 2 a body, 3 a wall), \"distance\" [m], \"point\" and \"normal\" (n, 3), \"body\" (index "
@@ -2137,14 +2225,14 @@ void bind_world(nb::module_& m) {
       .def(
           "add_stage",
           [](HostWorld& w, Text name, nb::object function, Text after, Texts reads, Texts writes,
-             bool recorded) {
+             Boolean recorded) {
             const std::vector<std::string> written = texts("writes", writes);
             for (const char* fixed : {"enthalpy", "id", "tag"})
               if (std::find(written.begin(), written.end(), fixed) != written.end())
                 refuse(std::string("writes: a stage reads \"") + fixed +
                        "\" and cannot change it; it writes acceleration, velocity and position");
             w.add_stage(text("name", name), function, text("after", after), texts("reads", reads), written,
-                        recorded);
+                        boolean("recorded", recorded));
           },
           "name"_a, "function"_a, nb::kw_only(), "after"_a = "sph.forces",
           "reads"_a = nb::make_tuple("position", "velocity", "tag"),
@@ -2161,9 +2249,10 @@ void bind_world(nb::module_& m) {
           "Removes a stage of add_stage().")
       .def(
           "set_interval",
-          [](HostWorld& w, Text module, int n) {
+          [](HostWorld& w, Text module, Integer n) {
             const std::string name = text("module", module);
-            away(w, true, [&](World& world) { expect(world.scheduler().set_interval(name, n)); });
+            const int interval = small("n", n);
+            away(w, true, [&](World& world) { expect(world.scheduler().set_interval(name, interval)); });
           },
           "module"_a, "n"_a,
           "Runs the stages of a module only in every n-th sub-step: \"thermal\" (heat_interval: within a "
@@ -2171,16 +2260,19 @@ void bind_world(nb::module_& m) {
           "and \"topology\" only.")
       .def(
           "enable",
-          [](HostWorld& w, Text module, bool on) {
+          [](HostWorld& w, Text module, Boolean on) {
             const std::string name = text("module", module);
-            away(w, true, [&](World& world) { expect(world.scheduler().enable(name, on)); });
+            const bool enabled = boolean("on", on);
+            away(w, true, [&](World& world) { expect(world.scheduler().enable(name, enabled)); });
           },
           "module"_a, "on"_a = true,
           "Switches a module off, or on again: \"sph\", \"lsm\", \"thermal\", \"species\", \"topology\".")
       .def(
           "enable_timings",
-          [](HostWorld& w, bool on, int every) {
-            away(w, true, [&](World& world) { expect(world.scheduler().enable_timings(on, every)); });
+          [](HostWorld& w, Boolean on, Integer every) {
+            const bool timed = boolean("on", on);
+            const int n = small("every", every);
+            away(w, true, [&](World& world) { expect(world.scheduler().enable_timings(timed, n)); });
           },
           "on"_a = true, nb::kw_only(), "every"_a = 400,
           "Times the stages in one of `every` sub-steps, for stages() and plan().")
@@ -2192,6 +2284,11 @@ void bind_world(nb::module_& m) {
           [](HostWorld& w) { return away(w, true, [](World& world) { return world.plan().to_string(); }); },
           "The stages of a sub-step, as a table.")
       .def("record", &HostWorld::record, "Keeps the present state as a frame for show().")
+      .def("clear_frames", &HostWorld::clear_frames,
+           "Forgets the frames of run() and record() and gives their memory back.")
+      .def_prop_ro(
+          "frames", [](HostWorld& w) { return w.unguarded(), w.frames(); },
+          "How many frames run() and record() have recorded since clear_frames().")
       .def(
           "_page",
           [](HostWorld& w, const std::string& title) {
@@ -2222,13 +2319,15 @@ void bind_world(nb::module_& m) {
       .def_prop_ro("materials", by_name(&HostWorld::materials),
                    nb::sig("def materials(self) -> dict[str, Material]"), "Its materials by name.")
       .def_prop_ro("bodies", by_name(&HostWorld::bodies), nb::sig("def bodies(self) -> dict[str, Body]"),
-                   "Its bodies by name.")
+                   "Its bodies by name, without those that were removed.")
       .def_prop_ro("emitters", by_name(&HostWorld::emitters),
                    nb::sig("def emitters(self) -> dict[str, Emitter]"), "Its emitters by name.")
       .def_prop_ro("heat_regions", by_name(&HostWorld::regions),
                    nb::sig("def heat_regions(self) -> dict[str, HeatRegion]"), "Its heat regions by name.")
       .def_prop_ro("force_fields", by_name(&HostWorld::fields),
-                   nb::sig("def force_fields(self) -> dict[str, ForceField]"), "Its force fields by name.");
+                   nb::sig("def force_fields(self) -> dict[str, ForceField]"), "Its force fields by name.")
+      .def_prop_ro("probes", by_name(&HostWorld::probes), nb::sig("def probes(self) -> dict[str, Probe]"),
+                   "Its probes by name, those of its scene included.");
 }
 
 }  // namespace meltsim_python

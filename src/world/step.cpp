@@ -393,7 +393,8 @@ Status WorldImpl::check_step(double dt) const {
                    "; single precision cannot tell it from 0");
   if (!(time + dt > time))
     return invalid("step: dt: ", dt, " s does not move the clock, which is at ", time,
-                   " s and goes by 2e-16 of that; restore() or load_saved() a state from earlier");
+                   " s and goes by 2e-16 of that; take a longer step",
+                   dt < 1e-9 ? "" : ", or restore() or load_saved() a state from earlier");
   if (halted_) return halted_error();
   return {};
 }
