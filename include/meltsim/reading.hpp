@@ -50,8 +50,8 @@ struct StepResult {
   std::string error;
 };
 
-/// Conserved quantities and extremes, in double. Zero points: potential energy at the origin of coordinates,
-/// thermal energy at the melting point of each solid (liquids: at 0 degrees Celsius).
+/// Conserved quantities and extremes, in double. Zero points: potential energy at the origin of coordinates, thermal energy
+/// at 0 degrees Celsius, of what can melt as the liquid that it melts into (so at its melting point a solid has c T - L).
 struct Totals {
   std::uint64_t fluid = 0, solid = 0, bodies = 0, melted = 0, frozen = 0;  ///< numbers
   double mass = 0;                                                         ///< [kg]

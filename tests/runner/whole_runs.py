@@ -900,7 +900,7 @@ emitters:
     def test_divergence_saves_the_state_and_says_what_to_try(self):
         failed = self.meltsim("run", SCENE, "--backend", "cpu", "--out", "run", "--set", "time.end=2",
                               "--set", "solver.sound_speed=1", "--set", "solver.gravity=[0, -3000, 0]",
-                              "--set", "domain.walls={-y: open}", code=3)
+                              "--set", "domain={walls: none}", code=3)
         self.assertRegex(failed.stderr.strip().splitlines()[-1],
                          r'^diverged at step \d+ \(t=\S+ s\): particle \d+.*; state saved to run/checkpoint.bin; '
                          r'try dt \S+ or stepping: adaptive$')
