@@ -148,6 +148,20 @@ void take_settings(Scene& scene, const Json& settings, Log& log) {
   log.info("settings as they were chosen for this run");
 }
 
+/// A run that is resumed begins with the state of its checkpoint.
+Built build(const Scene& scene, const RunOptions& options, Log& log) {
+  if (!scene.settle.on) return build_world(scene, options.machine);
+  if (options.resume) {
+    Scene as_laid_out = scene;
+    as_laid_out.settle = {};
+    return build_world(as_laid_out, options.machine);
+  }
+  log.info("liquid comes to rest, with bodies held");
+  Built built = build_world(scene, options.machine);
+  tell_settled(built, log);
+  return built;
+}
+
 int run_scene(const RunOptions& options, Log& log) {
   const std::optional<RunDirectory> existing = existing_directory(options);
   Scene scene = load_scene(options.scene);
@@ -174,10 +188,7 @@ int run_scene(const RunOptions& options, Log& log) {
     else budget->set_settings(settings_of_run(options.out));
   }
   if (options.resume) take_settings(scene, settings_of_run(options.out), log);
-  if (options.resume) scene.settle = {};
-  if (scene.settle.on) log.info("liquid comes to rest, with bodies held");
-  Built built = build_world(scene, options.machine);
-  if (scene.settle.on) tell_settled(built, log);
+  Built built = build(scene, options, log);
   if (!budget) check_dt(scene, built);
   if (!options.steps && !options.resume)
     for (std::string& warning : check_paths(scene, built, scene.time.end))

@@ -966,7 +966,7 @@ emitters:
         held = said("held", "solver.settle=auto")
         self.assertRegex(held, r"at rest: [0-9.]+ s in [0-9]+ sub-steps, liquid moved by at most [0-9.e-]+ spacings")
         self.assertNotIn("solver.settle:", held)
-        column = said("column", "solver.settle=0.5", "fluids[0].shape={box: [[0, 0, 0], [0.8, 1.6, 1.6]]}")
+        column = said("column", "solver.settle=1", "fluids[0].shape={box: [[0, 0, 0], [0.8, 1.6, 1.6]]}")
         self.assertIn("solver.settle: liquid flowed up to", column)
         self.assertNotIn("at rest", said("as_laid_out"))
 
