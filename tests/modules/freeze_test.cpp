@@ -84,6 +84,7 @@ TEST(Freezing, AParticleIsDrawnToItsSiteSlowly) {
   Plate p;
   const std::uint32_t id = p.add(2, 2, {0, 0, 0.305}), second = p.add(2, 2, {0.5, 0, 0});
   const std::uint32_t at = p.add(0, 0, {0.09, 0, 0});
+  p.state.enthalpy[second] = -999 * p.state.mass[second];  // warm: no site takes it
   p.rig.upload(p.constants, p.lattice, p.state, facts);
   for (int k = 1; k <= 40; ++k) {
     p.rig.run({"step.begin", "spatial", "spatial.neighbours", "topology"}, 1e-9);
