@@ -140,9 +140,34 @@ MELTSIM_HD bool crystallises(const Frame<T>& w, std::uint32_t slot, std::uint32_
   return false;
 }
 
-/// Every free vertex picks the one particle at its site, if that is liquid within the capture radius that freezes
-/// into the material of its body, or is crystals of it. If there are two, neither is taken: the other would be repelled at high
-/// speed.
+/// Bit of vertex_pick: the particle is drawn to the site, but does not take it in this sub-step. Ids are below it.
+inline constexpr std::uint32_t pick_drawn = 0x80000000u;
+
+/// The liquid particle nearest to a site; of equally near ones, that of the smallest id.
+template <class T>
+struct Nearest {
+  std::uint32_t slot = none;
+  T distance2 = 0;
+  bool crowded = false;  ///< another one is nearer than site_clearance
+  bool blocked = false;  ///< something solid is
+
+  /// A particle within site_clearance; one may come more than once.
+  MELTSIM_HD void add(const Frame<T>& w, std::uint32_t j, T r2) {
+    if (!is_fluid(w.f.tag[j])) {
+      blocked = true;
+      return;
+    }
+    if (j == slot) return;
+    crowded = slot != none;
+    if (slot != none && (r2 > distance2 || (r2 == distance2 && w.f.id[j] > w.f.id[slot]))) return;
+    slot = j;
+    distance2 = r2;
+  }
+};
+
+/// Every free vertex picks the particle nearest to its site, if that is liquid within the capture radius that freezes
+/// into the material of its body, or is crystals of it. While another is near, which would be repelled at high speed, and until it is
+/// at the site, it is drawn there only.
 template <class T>
 struct PickBody {
   Frame<T> w;
@@ -155,20 +180,20 @@ struct PickBody {
     const std::uint32_t solid = material_of(w.f.tag[w.f.slot_of_id[w.f.vertex_id[s.donor]]]);
     const T clearance = T(physics::site_clearance) * w.c.spacing;
     const T reach = T(physics::capture_radius) * w.c.spacing;
-    std::uint32_t slot = none;
-    T distance2 = 0;
-    bool crowded = false;
+    Nearest<T> found;
     for_each_near_site(w, v, s, [&](std::uint32_t j, T r2) {
-      if (!(r2 < clearance * clearance) || is_removed(w.f.tag[j])) return;
-      crowded = crowded || (slot != none && slot != j);
-      slot = j;
-      distance2 = r2;
+      if (r2 < clearance * clearance && !is_removed(w.f.tag[j])) found.add(w, j, r2);
     });
-    if (slot == none || crowded || !is_fluid(w.f.tag[slot]) || distance2 > reach * reach) return;
+    const std::uint32_t slot = found.slot;
+    if (slot == none || found.blocked || found.distance2 > reach * reach) return;
     const physics::MaterialRow<T>& m = w.f.materials[material_of(w.f.tag[slot])];
     if ((m.solid == solid && physics::freezes(m, w.f.enthalpy[slot] / static_cast<double>(w.f.mass[slot]))) ||
         crystallises(w, slot, solid))
-      w.f.vertex_pick[i] = w.f.id[slot];
+      w.f.vertex_pick[i] = w.f.id[slot] | (found.crowded || !at_site(found.distance2) ? pick_drawn : 0u);
+  }
+  MELTSIM_HD bool at_site(T distance2) const {
+    const T far = T(physics::joins_within) * w.c.spacing;
+    return distance2 <= far * far;
   }
 };
 
@@ -179,15 +204,28 @@ struct ClaimBody {
   template <class Add>
   MELTSIM_HD void operator()(std::uint64_t v, const Add& add) const {
     const std::uint32_t id = w.f.vertex_pick[v];
-    if (id != none) add.lower(&w.f.claim[id], static_cast<std::uint32_t>(v));
+    if (id != none) add.lower(&w.f.claim[id & ~pick_drawn], static_cast<std::uint32_t>(v));
   }
 };
+/// Those that lost it let go; who is to draw its particle moves it, and no other vertex does.
 template <class T>
 struct YieldBody {
   Frame<T> w;
-  MELTSIM_HD void operator()(std::uint64_t v) const {
-    const std::uint32_t id = w.f.vertex_pick[v];
-    if (id != none && w.f.claim[id] != static_cast<std::uint32_t>(v)) w.f.vertex_pick[v] = none;
+  MELTSIM_HD void operator()(std::uint64_t i) const {
+    const auto v = static_cast<std::uint32_t>(i);
+    const std::uint32_t pick = w.f.vertex_pick[v], id = pick & ~pick_drawn;
+    if (pick == none) return;
+    const bool ours = w.f.claim[id] == v;
+    if (ours && (pick & pick_drawn) == 0u) return;
+    w.f.vertex_pick[v] = none;
+    if (ours) draw(v, w.f.slot_of_id[id]);
+  }
+  MELTSIM_HD void draw(std::uint32_t v, std::uint32_t slot) const {
+    const Vec4<T> x = w.f.position[slot];
+    const Vec3<T> way = spatial::separation(w.grid, locate_site(w, v).position, xyz(x));
+    const T share =
+        physics::drawn_share(std::sqrt(dot(way, way)), w.c.spacing, w.f.clock->dt, w.f.clock->spring_dt);
+    w.f.position[slot] = with_w(core::wrapped(w, xyz(x) + way * share), x.w);
   }
 };
 

@@ -452,9 +452,10 @@ Status WorldImpl::make_particle_room() {
   const std::uint64_t capacity = desc.reserved_particles != 0 && searched_ <= capacity_
                                      ? capacity_
                                      : searched_ + desc.reserved_particles;
-  if (capacity >= core::none)
+  constexpr std::uint64_t most_ids = 1u << 31;  // topology.freeze keeps a bit of its own beside them
+  if (capacity >= most_ids)
     return Error{ErrorCode::capacity,
-                 core::text("particles: ", capacity, " are more than 32-bit ids can number (", core::none,
+                 core::text("particles: ", capacity, " are more than ids can number (", most_ids,
                             "); use a larger spacing, shorter emitters or fewer reserved_particles")};
   capacity_ = static_cast<std::uint32_t>(capacity);
   make_lattice_room();

@@ -16,6 +16,7 @@ constexpr core::FactSet facts = core::fact_particles | core::fact_fluid | core::
                                 core::fact_melt | core::fact_freeze;
 constexpr std::uint32_t water = 0, brine = 2;
 constexpr double dx = 0.2;
+constexpr int drawn_in = 64;
 
 /// A sub-step of topology, and what follows it at the beginning of the next.
 void run_topology(Rig<double>& rig) {
@@ -31,6 +32,7 @@ struct Plate {
   Rig<double> rig;
 
   explicit Plate(int half_width = 1) {
+    constants.spring_dt = 1e-9;  // the sub-step below: particles are drawn as far as in an acoustic step
     for (const std::uint32_t m : {water, brine}) {
       core::MaterialRow<double>& row = constants.materials[m];
       row.freezes = row.plateau = 1;
@@ -47,10 +49,11 @@ struct Plate {
   std::uint32_t add(int x, int y, Vec3d offset, std::uint32_t material = water) {
     return add_particle(state, constants, (Vec3d{x + 0.5, y + 0.5, 1.5} + offset) * dx, material, {1, 2, 3});
   }
-  /// One sub-step in which nothing but freezing happens; short, so that nothing moves.
+  /// As many sub-steps as a particle is drawn to its site in, in which nothing but freezing happens; short, so that nothing else moves.
   void freeze(std::uint32_t with = facts) {
     rig.upload(constants, lattice, state, with);
-    rig.run({"step.begin", "spatial", "spatial.neighbours", "topology"}, 1e-9);
+    for (int k = 0; k < drawn_in; ++k)
+      rig.run({"step.begin", "spatial", "spatial.neighbours", "topology"}, 1e-9);
     rig.engine->download(state);
   }
 };
@@ -72,8 +75,26 @@ TEST(Freezing, LiquidWithinReachTakesTheSite) {
   EXPECT_EQ(p.state.velocity[id].x, 1.0);
   EXPECT_EQ(p.state.velocity[id].z, 3.0);
   EXPECT_NEAR(p.state.volume[id], dx * dx * dx, 1e-18);
-  EXPECT_NEAR(length(p.state.position[id] - Vec3d{0.5, 0.5, 0.3}), 0, 1e-8);  // half a drift of 1e-9 s
+  EXPECT_NEAR(length(p.state.position[id] - Vec3d{0.5, 0.5, 0.3}), 0, 1e-6);  // drifts of 1e-9 s
   EXPECT_EQ(p.state.frozen, 1u);
+}
+
+// The particle is drawn by a hundredth of a spacing in a sub-step, is liquid until it is a tenth from the site, and of two the nearer is.
+TEST(Freezing, AParticleIsDrawnToItsSiteSlowly) {
+  Plate p;
+  const std::uint32_t id = p.add(2, 2, {0, 0, 0.305}), second = p.add(2, 2, {0.5, 0, 0});
+  const std::uint32_t at = p.add(0, 0, {0.09, 0, 0});
+  p.state.enthalpy[second] = -999 * p.state.mass[second];  // warm: no site takes it
+  p.rig.upload(p.constants, p.lattice, p.state, facts);
+  for (int k = 1; k <= 40; ++k) {
+    p.rig.run({"step.begin", "spatial", "spatial.neighbours", "topology"}, 1e-9);
+    p.rig.engine->download(p.state);
+    const double left = std::max(0.0, 0.305 - physics::drawn_step * k);
+    EXPECT_NEAR(p.state.position[id].z, (1.5 + left) * dx, 1e-6) << k;
+    EXPECT_NEAR(p.state.position[second].x, 3.0 * dx, 1e-6) << k;
+    EXPECT_TRUE(is_fluid(p.state.tag[id]));  // the second is near
+    EXPECT_TRUE(is_solid(p.state.tag[at]));
+  }
 }
 
 TEST(Freezing, WhatIsOutOfReachWarmOrOfAnotherMaterialStaysLiquid) {
@@ -82,7 +103,7 @@ TEST(Freezing, WhatIsOutOfReachWarmOrOfAnotherMaterialStaysLiquid) {
   const std::uint32_t warm = p.add(2, 0, {});
   p.state.enthalpy[warm] = -999 * p.state.mass[warm];  // a thousandth of the latent heat is left
   const std::uint32_t other = p.add(4, 0, {}, brine);
-  // Two at one site: neither, though each alone would be within reach.
+  // Two at one site: neither while the other is near, though each alone would be within reach.
   const std::uint32_t left = p.add(0, 2, {-0.3, 0, 0}), right = p.add(0, 2, {0.3, 0, 0});
   // Room enough: the second is beyond 0.75.
   const std::uint32_t near = p.add(3, 3, {}), apart = p.add(3, 3, {0, 0, 0.76});
@@ -147,7 +168,7 @@ TEST(Freezing, SitesMoveWithTheBody) {
   for (auto& r : p.state.region_rotation) r = q;
   p.freeze();
   EXPECT_EQ(p.state.vertex_of_id[id], p.site(2, 2));
-  EXPECT_NEAR(length(p.state.position[id] - turned({0.5, 0.5, 0.3})), 0, 1e-8);
+  EXPECT_NEAR(length(p.state.position[id] - turned({0.5, 0.5, 0.3})), 0, 1e-6);
   EXPECT_EQ(p.state.region_rotation[p.site(2, 2)].y, q.y);
 }
 
@@ -300,7 +321,7 @@ TEST(Freezing, PiecesThatFreezeTogetherAreOne) {
   for (std::uint32_t v = 0; v < 25; ++v) EXPECT_EQ(p.state.vertex_piece[v], 0u) << v;
 }
 
-/// The bits of a random lattice in random liquid after three sub-steps.
+/// The bits of a random lattice in random liquid after 64 sub-steps.
 core::SceneState freeze_at_random(Order order) {
   Random random(77);
   Growing p(2);
@@ -315,7 +336,7 @@ core::SceneState freeze_at_random(Order order) {
           Vec3d{random.uniform() - 0.5, random.uniform() - 0.5, random.uniform() - 0.5} * dx;
   Rig<double> rig(order);
   rig.upload(p.constants, p.lattice, p.state, facts);
-  for (int k = 0; k < 3; ++k) run_topology(rig);
+  for (int k = 0; k < drawn_in; ++k) run_topology(rig);
   rig.engine->download(p.state);
   return p.state;
 }

@@ -54,6 +54,16 @@ TEST(Freezing, SitesTurnLikeARigidBody) {
   EXPECT_NEAR(ours.z, exact.z(), 1e-15);
 }
 
+// A hundredth of a spacing in an acoustic step, less in a shorter one, and never past the site.
+TEST(Freezing, WhatIsDrawnComesSlowlyAndStopsAtItsSite) {
+  EXPECT_DOUBLE_EQ(drawn_share(0.05, 0.1, 2e-3, 2e-3), 0.02);
+  EXPECT_DOUBLE_EQ(drawn_share(0.05, 0.1, 1e-3, 2e-3), 0.01);
+  EXPECT_DOUBLE_EQ(drawn_share(0.05, 0.1, 8e-3, 2e-3), 0.02);
+  EXPECT_EQ(drawn_share(0.0005, 0.1, 2e-3, 2e-3), 1.0);
+  EXPECT_EQ(drawn_share(0.0, 0.1, 2e-3, 2e-3), 1.0);
+  EXPECT_LT(joins_within, site_agreement);
+}
+
 TEST(Freezing, ReachIsTheBallOfOneParticle) {
   EXPECT_NEAR(4.0 / 3.0 * M_PI * std::pow(capture_radius, 3), 1.0, 0.01);
   // Two sites' balls overlap, so that liquid between them is reached; the site beyond is not.

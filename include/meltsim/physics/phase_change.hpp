@@ -9,8 +9,8 @@
 // does not expand abruptly. Where it is crushed, as between a hot blade and what that cuts, it begins with a part of its volume.
 //
 // Freezing is not in the paper. It is the inverse of melting: liquid that has released all of its latent heat
-// joins a free site of an adjacent lattice. Mass, velocity and enthalpy are unchanged; the particle is moved
-// to the site, and its rest volume becomes dx^3.
+// joins a free site of an adjacent lattice. Mass, velocity and enthalpy are unchanged; the particle is drawn
+// to the site, slowly, so that the liquid around it makes room, and its rest volume becomes dx^3.
 //
 //   symbol  meaning                                                        unit
 //   v, n    a free site, a live direct neighbour of it on the lattice      -
@@ -18,10 +18,12 @@
 //   R_n     rotation of the region of n (unity on a fixed body)            -
 //   p_n     x_n + R_n q: place of v according to n                         m
 //   p       mean of p_n over n                                             m
+//   s       share of its way to p that a particle is drawn in a sub-step   -
 //
-// Deviations from a real solid: at each place it grows by at most one site per step; a particle is moved by up
-// to the capture radius (momentum is exact, the centre of mass of the scene shifts by m/M of that); a lattice
-// holds one particle per site, so frozen liquid keeps its density and does not expand.
+// Deviations from a real solid: at each place it grows by at most one site per step, and by one in up to 52
+// acoustic steps where liquid is off its sites; a particle is moved by up to the capture radius (momentum is exact,
+// the centre of mass of the scene shifts by m/M of that); a lattice holds one particle per site, so frozen liquid
+// keeps its density and does not expand.
 #pragma once
 
 #include "meltsim/physics/coupling.hpp"
@@ -57,9 +59,22 @@ inline constexpr double capture_radius = 0.62;
 /// they belong to pieces that moved apart, or the lattice is strained by a quarter.
 inline constexpr double site_agreement = 0.25;
 /// Smallest distance of any other particle from the site, in spacings: the new solid particle would repel a closer
-/// one (leak_distance in coupling.hpp). A direct neighbour that agrees is never closer. Hence at most one
-/// particle is within the capture radius, and no choice is needed.
+/// one (leak_distance in coupling.hpp). A direct neighbour that agrees is never closer. While another is,
+/// the nearest one is drawn to the site and pushes it away.
 inline constexpr double site_clearance = 1.0 - site_agreement;
+/// Distance from its site, in spacings, within which a particle joins the body: the jump that is left moves no liquid.
+inline constexpr double joins_within = 0.1;
+/// What a particle is drawn to its site in an acoustic step, in spacings: at about a hundredth of the sound speed
+/// liquid gives way without being compressed.
+inline constexpr double drawn_step = 0.01;
+
+/// s, of what is a distance [m] from its site; acoustic: the scene's acoustic step [s]. Longer sub-steps draw no further. Ours.
+template <class T>
+MELTSIM_HD T drawn_share(T distance, T spacing, T dt, T acoustic) {
+  const T step = T(drawn_step) * spacing * (dt < acoustic ? dt / acoustic : T(1));
+  return distance > step ? step / distance : T(1);
+}
+
 /// Smallest distance of a site from the faces of the domain, in spacings: a body resting on a wall has 0.5.
 inline constexpr double site_margin = 0.25;
 
