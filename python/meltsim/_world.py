@@ -241,9 +241,10 @@ class World(_core.World):
 
     def _left(self) -> float:
         """Seconds to the end of the scene."""
+        now = self.time
         if self.end is None:
             raise Error("seconds: this World has no end, since it was not loaded from a scene; pass the seconds to run", "invalid_argument")
-        left = self.end - self.time
+        left = self.end - now
         return left if left >= 1e-9 * self.end else 0.0  # there, to the rounding of a sum of sub-steps, or past it
 
     def _run_to(self, target: float) -> _core.StepResult:
@@ -261,7 +262,7 @@ class World(_core.World):
         ``meltsim.html``), whose path it returns. Without frames it records the present state first."""
         if self.frames == 0:
             self.record()
-        page = self._page(title)
+        page: str = getattr(self, "_page")(title)  # no stub has it
         if path is None and _in_notebook():
             return Page(page, height)
         file = Path("meltsim.html" if path is None else path)

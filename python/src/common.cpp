@@ -39,8 +39,8 @@ std::string in_words_of_python(std::string message) {
 
 std::string accepted(std::string type) {
   static const std::pair<std::regex, const char*> wider[] = {
-      {std::regex("dict\\[Material \\| str, "), "Mapping[Any, "},
-      {std::regex("\\bdict\\["), "Mapping["},
+      {std::regex("dict\\[Material \\| str, "), "collections.abc.Mapping[Any, "},
+      {std::regex("\\bdict\\["), "collections.abc.Mapping["},
       {std::regex("Sequence\\[tuple\\[float, float\\]\\]"), "Sequence[Sequence[float]] | numpy.ndarray"},
       {std::regex("Sequence\\[float\\]"), "Sequence[float] | numpy.ndarray"},
       {std::regex("\\bfloat\\b"), "typing.SupportsFloat"},

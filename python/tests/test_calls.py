@@ -46,7 +46,7 @@ def flow(change):
 def test_an_array_without_axes_is_a_number(name):
     world = bath()
     value = 0.5 if name == "solubility" else 500.
-    more = {"dissolves_in": "water"} if name == "solubility" else {}
+    more = {"dissolves_in": "water", "diffusivity_in": 1e-9} if name == "solubility" else {}
     world.add_material("m", **{name: np.array(value)}, **more)
     world.add_material("t", **{name: np.array([[0, value], [50, value / 2]])}, **more)
     for wrong in ([], np.array([]), np.zeros((0, 2))):
@@ -81,7 +81,8 @@ def test_vectors_are_lists_and_arrays_and_nothing_else():
         world.set_motion("tool", orientation={1: 0, 2: 0, 3: 0, 4: 0})
     with pytest.raises(TypeError, match="fields: expected a list of strings"):
         world.add_probe([(0.3, 0.1, 0.3)], {"temperature": 1})
-    world.add_solid(Shape.box((0, 0.8, 0), (0.1, 0.9, 0.1)), "ice", motion="proxy", mass=1, inertia=[np.array(1.), np.array(1.), np.array(1.)])
+    world.add_material("steel", density=2000)
+    world.add_solid(Shape.box((0, 0.8, 0), (0.1, 0.9, 0.1)), "steel", motion="proxy", mass=1, inertia=[np.array(1.), np.array(1.), np.array(1.)])
 
 
 def test_a_bool_of_numpy_is_one():
@@ -104,7 +105,7 @@ def test_a_bool_of_numpy_is_one():
              ("on", lambda x: world.enable_timings(x)), ("teleport", lambda x: world.set_motion("tool", teleport=x)), ("record", lambda x: world.run(0.01, record=x)),
              ("recorded", lambda x: world.add_stage("other", lambda state: None, recorded=x)), ("wait", lambda x: world.render_view(wait=x))]
     for name, call in calls:
-        for wrong in (1, "yes", None, 1.0, np.float64(1), np.array([True])):
+        for wrong in (1, "yes", 1.0, np.float64(1), np.array([True])):
             with pytest.raises(TypeError, match=f"^{name}: expected True or False, got {re.escape(repr(wrong))}"):
                 call(wrong)
     with pytest.raises(TypeError, match="slot: expected an integer, got 0.5"):
@@ -154,7 +155,6 @@ def test_what_is_removed_by_name_is_one_thing():
     world.add_force_field("uniform", acceleration=(0, 0, 0), name="wind")
     world.add_heat_region(Shape.box((0, 0, 0), (1, 1, 1)), name="oven", source=1)
     world.add_probe([(0.3, 0.1, 0.3)], ["temperature"], name="block")
-    world.add_emitter((0.3, 0.8, 0.3), "water", radius=0.1, speed=1, until=1.0, name="tap")
     world.remove("wind")
     world.remove("oven")
     assert world.force_fields == {} == world.heat_regions
@@ -162,6 +162,7 @@ def test_what_is_removed_by_name_is_one_thing():
         world.remove("block")
     world.remove(world.probes["block"])
     world.remove("block")
+    world.add_emitter((0.3, 0.7, 0.3), "water", radius=0.1, speed=1, until=1.0, name="tap")
     with pytest.raises(meltsim.Error, match="an emitter cannot be removed; set_emitter"):
         world.remove(world.emitters["tap"])
     with pytest.raises(TypeError, match="remove: expected a body, a force field, a heat region or a probe of this World"):
@@ -208,8 +209,9 @@ def test_frames_are_kept_as_told(tmp_path):
     assert world.frames == 1
     page = world.show(tmp_path / "page.html").read_text()
     assert "1 frames were recorded" in page
+    world.add_stage("late", lambda state: world.clear_frames())
     with pytest.raises(meltsim.Error, match="in use"):
-        world.run(0.04, each=lambda w: w.add_stage("late", lambda state: w.clear_frames()))
+        world.step(0.01)
 
 
 def test_a_stage_changes_what_it_declares_alone():
