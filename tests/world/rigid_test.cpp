@@ -438,9 +438,9 @@ TEST(Rigid, CreepsThroughAThickLiquidLikeAFreeBody) {
     s.motion = motion;
     require(w.add_solid(s));
     EXPECT_EQ(stage(w.plan(), "lsm.rigid_shape").runs, motion == Motion::rigid);
-    run(w, 80, 0.005);
+    run(w, 140, 0.005);
     const double from = w.totals()->solid_center.y;
-    run(w, 40, 0.005);
+    run(w, 60, 0.005);
     return from - w.totals()->solid_center.y;
   };
   const double rigid_way = creep(Motion::rigid), free_way = creep(Motion::free);
