@@ -303,3 +303,18 @@ def test_type_checkers_take_ordinary_calls(tmp_path):
     first = TYPED.count("\n") + 3
     faults = [line for line in said.stdout.splitlines() if ": error:" in line]
     assert [f.split(":")[1] for f in faults] == [str(first + k) for k in range(len(WRONG))], said.stdout + said.stderr
+
+
+def test_liquid_comes_to_rest_before_the_first_step():
+    world = bath()
+    was = world.particles()
+    rest = world.settle()
+    assert rest.substeps > 0 and rest.seconds > 0 and 0 < rest.farthest < 0.05
+    assert world.time == 0
+    assert np.array_equal(world.particles().velocity, was.velocity)
+    assert world.settle(seconds=0.01).seconds == pytest.approx(0.01)
+    with pytest.raises(meltsim.Error, match="settle: seconds"):
+        world.settle(-1)
+    world.step(0.01)
+    with pytest.raises(meltsim.Error, match="before the first"):
+        world.settle()
