@@ -187,6 +187,7 @@ Result<Settled> WorldImpl::settle(double seconds) {
   const double path = calm->sound_path();
   if (!(path > 0) || !(sound_speed_ > 0)) return done;
   calm->force_fields_ = calming_fields(physics::settling_rate(sound_speed_, path));
+  ++uploads_;  // views of surfaces end with their memory
   const double enough = physics::settling_time(sound_speed_, path),
                wanted = seconds == automatic ? enough : seconds;
   if (const double substeps = wanted / static_dt_; substeps > most_substeps)

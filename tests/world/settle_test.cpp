@@ -224,6 +224,22 @@ TEST(Settle, NothingLeavesThroughOpenFaces) {
   EXPECT_GT(w.synchronize().removed, 0u);
 }
 
+// What a host has of the backend's memory is of before.
+TEST(Settle, EndsViewsAndSavedStates) {
+  MELTSIM_NEEDS_BACKEND();
+  Busy b = busy();
+  require(b.world.prepare());
+  require(b.world.save_state(0));
+  const auto state = b.world.device_state();
+  const auto surface = b.world.surface_view({});
+  ASSERT_TRUE(state && surface);
+  require(b.world.check_view(*surface));
+  require(b.world.settle());
+  EXPECT_FALSE(b.world.check_view(*state));
+  EXPECT_FALSE(b.world.check_view(*surface));
+  EXPECT_FALSE(b.world.load_state(0));
+}
+
 TEST(Settle, RefusesWhatMakesNoSense) {
   MELTSIM_NEEDS_BACKEND();
   World w = std::move(*World::create(tank()));
