@@ -335,7 +335,7 @@ class MELTSIM_API World {
   /// start, and a drag slows liquid down. What moves or stands on nothing stays where it is. time(), temperatures and velocities are then as before.
   /// `seconds`: how long it is given; automatic derives it from the depth and the speed of sound. Liquid that nothing
   /// holds, such as a column without a dam, flows meanwhile: Settled::farthest says how far. Call it when all that the World starts with is there; it
-  /// waits, and takes memory on the host for another state. Errors: invalid_argument (`seconds`; a World that has
+  /// waits, and takes memory on the host for another state. Views and saved states of before end. Errors: invalid_argument (`seconds`; a World that has
   /// stepped), interrupted (nothing has changed then), halted, those of prepare().
   Result<Settled> settle(double seconds = automatic);
 
