@@ -150,7 +150,7 @@ class Units {
   }
 
   void check_solid(const SceneMaterial& m, const SceneBody& body) {
-    const double starts = body.desc.temperature, melts = m.desc.melting_point;
+    const double starts = body.desc.temperature, melts = m.desc.melting_point + m.desc.melting_range;
     if (!(starts > melts) || starts - zero_celsius > melts - 100) return;  // Kelvin was said
     warn(body.source, "temperature",
          fmt::format("{} starts at {:g} C{}, above its melting point of {:g} C, and begins to melt at once; "

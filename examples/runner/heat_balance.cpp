@@ -21,12 +21,19 @@ struct Sums {
   double heat = 0;             ///< [J] above the melting point, of liquids and of bodies that do not melt
   double capacity = 0;         ///< [J/K] of the same
   double warming = 0;          ///< [J] to bring the solids to the melting point
-  double latent = 0;           ///< [J]
+  double latent = 0;           ///< [J] that melts them from there on
   double melted_capacity = 0;  ///< [J/K] of the solids once they are liquid
   double solid_capacity = 0;   ///< [J/K]
   double freezing = 0;         ///< [J] that liquid gives off as it freezes
+  double all_freezing = 0;     ///< [J] that it would if it were wholly liquid
   double thawed_capacity = 0;  ///< [J/K] of that liquid
   double frozen_capacity = 0;  ///< [J/K] of it once it is frozen
+};
+
+/// Where all that melts begins to, and over how much it does.
+struct Common {
+  double point = 0;  ///< [degrees Celsius]
+  double range = 0;  ///< [K]
 };
 
 /// Per material of the table: the one that its liquid freezes to, or null.
@@ -37,14 +44,15 @@ std::vector<const meltsim::MaterialDesc*> what_freezes(const std::vector<meltsim
   return solid;
 }
 
-std::optional<double> common_melting_point(const std::vector<meltsim::MaterialDesc>& used) {
-  std::optional<double> point;
+std::optional<Common> common_melting(const std::vector<meltsim::MaterialDesc>& used) {
+  std::optional<Common> common;
   for (const meltsim::MaterialDesc& material : used) {
     if (!material.melts_into || std::isinf(material.melting_point)) continue;
-    if (point && *point != material.melting_point) return std::nullopt;
-    point = material.melting_point;
+    if (common && (common->point != material.melting_point || common->range != material.melting_range))
+      return std::nullopt;
+    common = {material.melting_point, material.melting_range};
   }
-  return point;
+  return common;
 }
 
 /// [J/(kg K)] The mean of a material between two temperatures.
@@ -68,10 +76,11 @@ bool is_counted(const SceneEmitter& emitter) {
 /// What is counted, against a common melting point.
 class Balance {
  public:
-  Balance(const Scene& scene, Built& built, double point) : scene_(scene), built_(built), point_(point) {
+  Balance(const Scene& scene, Built& built, const Common& common)
+      : scene_(scene), built_(built), point_(common.point), range_(common.range) {
     for (const meltsim::MaterialId id : built.material_ids) table_.push_back(built.world.material(id));
     solid_of_ = what_freezes(table_);
-    result_.melting_point = point;
+    result_.melting_point = point_;
   }
 
   HeatBalance of_all() {
@@ -88,14 +97,27 @@ class Balance {
   }
 
  private:
+  /// [J/kg] From the beginning of melting to its end.
+  double melting_heat(const meltsim::MaterialDesc& solid) const {
+    const meltsim::MaterialDesc melt = built_.world.material(solid.melts_into);
+    return solid.latent_heat +
+           0.5 * range_ *
+               (mean_capacity(solid, point_, point_ + range_) + mean_capacity(melt, point_, point_ + range_));
+  }
+
   void add_liquid(std::size_t row, double mass, double temperature, double liquid_fraction) {
-    const double capacity = mass * mean_capacity(table_.at(row), point_, temperature);
-    sums_.heat += capacity * (temperature - point_);
+    const meltsim::MaterialDesc* const solid = solid_of_.at(row);
+    // Liquid that freezes is counted from the end of melting, where it begins to: what is colder, but its latent heat, is in that.
+    const double from = solid != nullptr ? point_ + range_ : point_;
+    const double above =
+        solid != nullptr && range_ > 0 ? std::max(0.0, temperature - from) : temperature - from;
+    const double capacity = mass * mean_capacity(table_.at(row), from, from + above);
+    sums_.heat += capacity * above;
     sums_.capacity += capacity;
     result_.liquid = true;
-    const meltsim::MaterialDesc* const solid = solid_of_.at(row);
     if (solid == nullptr) return;
-    sums_.freezing += mass * solid->latent_heat * liquid_fraction;
+    sums_.freezing += mass * melting_heat(*solid) * liquid_fraction;
+    sums_.all_freezing += mass * melting_heat(*solid);
     sums_.thawed_capacity += capacity;
     sums_.frozen_capacity += mass * mean_capacity(*solid, point_, point_);
   }
@@ -109,8 +131,10 @@ class Balance {
       result_.bodies = true;
       return;
     }
-    sums_.warming += capacity * (point_ - temperature);
-    sums_.latent += mass * material.latent_heat;
+    const double within =
+        range_ > 0 ? std::min(1.0, (temperature - point_) / range_) : 0;  // of what melting takes
+    sums_.warming += within > 0 ? -within * mass * melting_heat(material) : capacity * (point_ - temperature);
+    sums_.latent += mass * melting_heat(material);
     sums_.solid_capacity += capacity;
     sums_.melted_capacity += mass * mean_capacity(built_.world.material(material.melts_into), point_, point_);
     result_.freezes_onto = result_.freezes_onto || material.freezes;
@@ -129,6 +153,27 @@ class Balance {
     b.available = sums_.heat;
     b.needed = sums_.warming + sums_.latent;
     b.freezing = sums_.freezing;
+    if (range_ > 0) settle_over_range();
+    else settle_at_point();
+  }
+
+  /// Beside what melts at one temperature all comes to that before the rest melts; here all melts as it warms.
+  void settle_over_range() {
+    HeatBalance& b = result_;
+    const double others = sums_.capacity - sums_.thawed_capacity;
+    const double heat = sums_.heat + sums_.freezing - sums_.warming;  // above the beginning of melting
+    const double whole = others * range_ + sums_.latent + sums_.all_freezing;
+    b.cold = std::max(0.0, sums_.warming - sums_.heat);
+    b.melts = whole > 0 ? std::min(1.0, std::max(0.0, heat / whole)) : 0;
+    b.over_range = true;
+    b.freezes = sums_.freezing > 0 && heat < 0 ? 1 : 0;
+    b.end_temperature = point_ + b.melts * range_;
+    if (heat > whole) b.end_temperature += (heat - whole) / (sums_.capacity + sums_.melted_capacity);
+    if (heat < 0) b.end_temperature += heat / (others + sums_.frozen_capacity + sums_.solid_capacity);
+  }
+
+  void settle_at_point() {
+    HeatBalance& b = result_;
     const double left = b.available - b.needed, spare = b.available - sums_.warming;
     b.cold = std::max(0.0, -spare);
     b.end_temperature = point_;
@@ -148,7 +193,7 @@ class Balance {
 
   const Scene& scene_;
   Built& built_;
-  double point_;
+  double point_, range_;
   std::vector<meltsim::MaterialDesc> table_;
   std::vector<const meltsim::MaterialDesc*> solid_of_;
   Sums sums_;
@@ -169,6 +214,8 @@ std::string start_text(const HeatBalance& b) {
 
 std::string end_text(const HeatBalance& b) {
   if (b.melts >= 1) return "everything melts";
+  if (b.melts > 0 && b.over_range)
+    return percent_text(b.melts) + " of what melts" + (b.freezes_onto ? " and freezes" : "") + " is liquid";
   if (b.melts > 0) return percent_text(b.melts) + " of the solid melts";
   if (!(b.freezes > 0)) return "nothing melts";
   if (!b.freezes_onto) return "all stays liquid, as there is nothing that it freezes onto,";
@@ -182,9 +229,9 @@ std::optional<HeatBalance> heat_balance(const Scene& scene, Built& built) {
   if (built.meltable == 0) return std::nullopt;
   std::vector<meltsim::MaterialDesc> table;
   for (const meltsim::MaterialId id : built.material_ids) table.push_back(built.world.material(id));
-  const auto point = common_melting_point(table);
-  if (!point) return std::nullopt;
-  return Balance(scene, built, *point).of_all();
+  const auto common = common_melting(table);
+  if (!common) return std::nullopt;
+  return Balance(scene, built, *common).of_all();
 }
 
 std::string heat_balance_text(const HeatBalance& balance, const std::string& others) {

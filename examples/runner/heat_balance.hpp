@@ -19,6 +19,7 @@ struct HeatBalance {
   double melting_point = 0;    ///< [degrees Celsius]
   double melts = 0;            ///< share of the solid that melts in an insulated box
   bool freezes_onto = false;   ///< there are bodies that liquid freezes onto
+  bool over_range = false;     ///< melting has a range: all is liquid to the same share in the end
   double freezes = 0;          ///< share of the liquid that can freeze that has done so in an insulated box
   double end_temperature = 0;  ///< [degrees Celsius] of an insulated box
 };

@@ -470,7 +470,9 @@ const Options<SceneProbe>& probe_options() {
       custom<D>(
           "every", "every", "a frame", "[s], or `step`: in each sub-step",
           {{"anyOf", {typed("number", above_zero()), {{"const", "step"}}}}},
-          [](const Node& value, D& d) { d.desc.every = value.is_word("step") ? 0 : value.positive("s"); },
+          [](const Node& value, D& d) {
+            d.desc.every = value.is_word("step") ? 0 : value.positive("s, or step");
+          },
           [](const D& d) { return d.desc.every > 0 ? Json(d.desc.every) : Json("step"); })};
   return options;
 }

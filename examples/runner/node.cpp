@@ -168,14 +168,14 @@ double Node::positive(const std::string& unit) const {
   return value;
 }
 
-std::int64_t Node::integer() const {
+std::int64_t Node::integer(const std::string& expected) const {
   const auto value = is_plain(value_) ? parse_integer(value_.Scalar()) : std::nullopt;
-  if (!value) fail("expected a whole number, got " + found());
+  if (!value) fail("expected " + expected + ", got " + found());
   return *value;
 }
 
-int Node::small_integer() const {
-  const std::int64_t value = integer();
+int Node::small_integer(const std::string& expected) const {
+  const std::int64_t value = integer(expected);
   if (value < std::numeric_limits<int>::min() || value > std::numeric_limits<int>::max()) {
     fail("expected a smaller whole number, got " + found());
   }

@@ -59,8 +59,8 @@ class Node {
   double number(const std::string& unit) const;  ///< finite
   double number_or_infinite(const std::string& unit) const;
   double positive(const std::string& unit) const;
-  std::int64_t integer() const;
-  int small_integer() const;  ///< fits an int
+  std::int64_t integer(const std::string& expected = "a whole number") const;
+  int small_integer(const std::string& expected = "a whole number") const;  ///< fits an int
   bool boolean(const std::string& expected = "true or false") const;
   std::string text(const std::string& meaning) const;
   std::string choice(const std::vector<std::string>& names) const;

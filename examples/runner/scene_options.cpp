@@ -184,7 +184,7 @@ const Options<Scene>& time_options() {
           "dt", "", "`auto`", "step [s]",
           {{"oneOf", {{{"const", "auto"}}, {{"type", "number"}, {"exclusiveMinimum", 0}}}}},
           [](const Node& value, Scene& s) {
-            if (!value.is_word("auto")) s.time.dt = value.positive("s");
+            if (!value.is_word("auto")) s.time.dt = value.positive("s, or auto");
             s.time.dt_where = value.where();
           },
           [](const Scene& s) { return s.time.dt ? Json(*s.time.dt) : Json("auto"); }),
@@ -248,7 +248,7 @@ const Options<Scene>& solver_options() {
           [](const Node& value, Scene& s) {
             s.settle = {true, meltsim::automatic};
             if (value.is_word("auto")) return;
-            s.settle.seconds = value.number("s");
+            s.settle.seconds = value.number("s, or auto");
             if (s.settle.seconds < 0) value.fail("expected auto, or seconds: 0 or more");
             s.settle.on = s.settle.seconds > 0;
           },
@@ -309,7 +309,8 @@ const Options<Scene>& heat_options() {
           "stages are enough for them ([what it brings](trade.md#multi-rate))",
           {{"oneOf", {{{"const", "auto"}}, {{"type", "integer"}, {"minimum", 1}, {"maximum", 1000}}}}},
           [](const Node& value, Scene& s) {
-            s.world.heat.interval = value.is_word("auto") ? 0 : value.small_integer();
+            s.world.heat.interval =
+                value.is_word("auto") ? 0 : value.small_integer("a whole number, or auto");
           },
           [](const Scene& s) {
             return s.world.heat.interval > 0 ? Json(s.world.heat.interval) : Json("auto");
@@ -447,6 +448,11 @@ const Options<SceneMaterial>& material_options() {
           "melting_point", "melting_point", "`never`", "[degrees Celsius]; needs `becomes`", nullptr,
           [](const Node& value, D& m) { m.desc.melting_point = melting_point(value); },
           [](const D& m) { return echo_number(m.desc.melting_point); }),
+      number<D>(
+          "melting_range", "melting_range", MEMBER(desc.melting_range), "K", at_least(0), "0",
+          "[K]; it is wholly molten so much above `melting_point`, where melting begins, as alloys, fats and "
+          "glass are: the share that is liquid is linear in between. It stays a body until all of it has "
+          "molten"),
       number<D>("latent_heat", "latent_heat", MEMBER(desc.latent_heat), "J/kg", at_least(0), "0", "[J/kg]"),
       name_of_material("becomes", "melts_into", &D::becomes, "name of the liquid it melts into"),
       name_of_material("dissolves_in", "dissolves_in", &D::dissolves_in,

@@ -264,7 +264,9 @@ Option<D> number_or_auto(const char* key, const char* field, const Get& get, con
           "`auto`",
           doc,
           {{"oneOf", {{{"const", "auto"}}, {{"type", "number"}, {"exclusiveMinimum", 0}}}}},
-          [=](const Node& value, D& d) { get(d) = value.is_word("auto") ? 0 : value.positive(unit); },
+          [=](const Node& value, D& d) {
+            get(d) = value.is_word("auto") ? 0 : value.positive(std::string(unit) + ", or auto");
+          },
           [get](const D& d) { return get(d) > 0 ? Json(get(d)) : Json("auto"); }};
 }
 

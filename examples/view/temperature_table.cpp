@@ -26,8 +26,8 @@ std::vector<SubstanceCurve> substance_curves(const meltsim::World& world,
   const auto curve = [&](const MaterialDesc& m) -> EnthalpyCurve {
     if (!m.melts_into) return meltsim::physics::make_enthalpy_curve(capacity(m));
     const MaterialDesc melt = world.material(m.melts_into);
-    return meltsim::physics::make_enthalpy_curve(capacity(m), capacity(melt), m.melting_point,
-                                                 latent ? m.latent_heat : 0.0);
+    return meltsim::physics::make_enthalpy_curve(
+        capacity(m), capacity(melt), {m.melting_point, m.melting_range, latent ? m.latent_heat : 0.0});
   };
   std::vector<SubstanceCurve> curves(materials.size());
   for (const meltsim::MaterialId id : materials) {

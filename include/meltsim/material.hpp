@@ -51,7 +51,11 @@ struct MaterialDesc {
 
   /// T_melt [degrees Celsius]; infinity = never melts. Needs `melts_into`.
   double melting_point = infinity;
-  double latent_heat = 0;  ///< L [J/kg], >= 0
+  /// [K], >= 0: it melts from melting_point on and is wholly molten so much above it, the liquid fraction linear in the
+  /// temperature between the two, as alloys, fats, waxes and glass do. It stays a body until all of it has melted, and liquid that
+  /// freezes joins a body when none of it is liquid; 0: both at the melting point.
+  double melting_range = 0;
+  double latent_heat = 0;  ///< L [J/kg], >= 0: what melting takes beside warming
   MaterialId melts_into;   ///< the liquid this solid becomes; null = never melts
   /// Whether its liquid freezes onto it below the melting point: liquid that has released its latent heat joins a
   /// free site of the lattice of a body of this material.

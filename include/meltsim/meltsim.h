@@ -229,6 +229,7 @@ typedef struct meltsim_material_desc {
   size_t viscosity_point_count;
   const double* density_points;
   size_t density_point_count;
+  double melting_range; /* what it is hotter where melting ends than at melting_point, where it begins [K] */
 } meltsim_material_desc;
 
 /* Liquid that fills a shape. */

@@ -292,6 +292,8 @@ const Keys<MaterialInput>& material_keys() {
        property(&D::heat_capacity, &D::heat_capacity_points)},
       {"diffusivity", "float | None", "[m^2/s]; replaces the conductivity", d(&D::diffusivity)},
       {"melting_point", "float", "[degrees Celsius]; inf: never melts", d(&D::melting_point)},
+      {"melting_range", "float", "[K] from where melting begins, the melting point, to where it ends",
+       d(&D::melting_range)},
       {"latent_heat", "float", "[J/kg]", d(&D::latent_heat)},
       {"becomes", "Material | str | None", "the liquid that it melts into", kept(&MaterialInput::becomes)},
       {"freezes", "bool", "whether its liquid freezes onto it", d(&D::freezes)},

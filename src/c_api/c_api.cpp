@@ -663,6 +663,7 @@ meltsim::MaterialDesc material_of(const meltsim_material_desc* desc, const char*
   d.conductivity = c.conductivity;
   d.heat_capacity = c.heat_capacity;
   d.melting_point = c.melting_point;
+  d.melting_range = c.melting_range;
   d.latent_heat = c.latent_heat;
   d.melts_into = handle<meltsim::MaterialId>(c.melts_into);
   d.freezes = c.freezes != 0;

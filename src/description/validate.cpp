@@ -486,6 +486,13 @@ Status validate_melting(const MaterialDesc& m, const std::string& p) {
     return invalid(
         p, "melts_into: a material with a melting point (", m.melting_point,
         " degrees Celsius) needs a liquid to become; add that liquid first, or leave melting_point out");
+  if (Status s = at_least(p + "melting_range", m.melting_range, 0, "K", "chocolate melts over 5"); !s)
+    return s;
+  if (m.melting_range > highest_melting_point)
+    return invalid(p, "melting_range: must be at most ", highest_melting_point, " K, got ", m.melting_range);
+  if (m.melting_range > 0 && !m.melts_into)
+    return invalid(p, "melting_range: a material that melts over ", m.melting_range,
+                   " K needs a liquid to become; name it in melts_into, or leave melting_range out");
   if (!std::isfinite(m.melting_point) && m.melts_into)
     return invalid(p, "melting_point: a material that melts_into a liquid needs a finite melting point, got ",
                    m.melting_point, "; ice is 0");

@@ -110,7 +110,10 @@ MaterialRow<T> round_row(const MaterialRow<double>& m) {
   r.heat_capacity = m.heat_capacity;
   r.liquid_heat_capacity = m.liquid_heat_capacity;
   r.melting_point = m.melting_point;
+  r.melting_range = m.melting_range;
   r.melting_enthalpy = m.melting_enthalpy;
+  r.melting_heat = m.melting_heat;
+  r.melting_slope = m.melting_slope;
   r.latent_heat = m.latent_heat;
   r.coldest = m.coldest;
   r.shape_stiffness = static_cast<T>(m.shape_stiffness);

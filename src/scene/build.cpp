@@ -164,7 +164,8 @@ Status WorldImpl::check_curves() const {
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const physics::MaterialRow<double>& row = rows[i];
     const std::string p = "material \"" + materials[i].name + "\": ";
-    for (const double t : {absolute_zero, 0.0, row.melting_point, row.melting_point + 100}) {
+    const double end = row.melting_point + row.melting_range;
+    for (const double t : {absolute_zero, 0.0, row.melting_point, end, end + 100}) {
       const double back = physics::temperature_of(row, physics::enthalpy_of(row, t));
       if (!(std::fabs(back - t) <= 0.01 + 1e-6 * std::fabs(t)))
         return invalid(p, "heat_capacity: ", row.heat_capacity, " and ", row.liquid_heat_capacity,
@@ -173,11 +174,11 @@ Status WorldImpl::check_curves() const {
                        " after rounding; those of real materials differ by less than 1e6");
     }
     if (row.melts == 0u) continue;
-    const double melt = row.melting_enthalpy + row.latent_heat;
+    const double melt = row.melting_enthalpy + row.melting_heat;
     const double t = physics::temperature_of(rows[row.liquid], melt);
     if (!(t >= absolute_zero)) {
       const MaterialDesc& solid = materials[rows[row.liquid].solid];
-      return invalid(p, "melting_point: melt of ", row.melting_point, " degrees would be at ", t, " in \"",
+      return invalid(p, "melting_point: melt of ", end, " degrees would be at ", t, " in \"",
                      materials[row.liquid].name, "\", which freezes into \"", solid.name, "\" at ",
                      solid.melting_point, " degrees; give it a liquid of its own");
     }
@@ -204,9 +205,9 @@ Status WorldImpl::check_freezing(const MaterialDesc& m) {
   for (std::size_t i = 0; i < state_.tag.size(); ++i) {
     if (is_removed(state_.tag[i]) || material_of(state_.tag[i]) != m.melts_into.index) continue;
     const double t = physics::temperature_of(rows[m.melts_into.index], state_.enthalpy[i] / state_.mass[i]);
-    if (t < m.melting_point)
+    if (t < m.melting_point + m.melting_range)
       return invalid(p, "there is \"", materials[m.melts_into.index].name, "\" at ", t,
-                     " degrees already, below the melting point ", m.melting_point,
+                     " degrees already, below the end of melting at ", m.melting_point + m.melting_range,
                      "; add this material before that liquid");
   }
   return {};

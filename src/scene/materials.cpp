@@ -74,17 +74,21 @@ std::vector<physics::MaterialProperties<double>> WorldImpl::material_properties(
     if (shears(materials[i])) p.yield_stress = table(materials[i].yield_stress_points);
     p.flow = flow_of(materials[i]);
     if (!m.heat_capacity_points.empty() || !l.heat_capacity_points.empty()) {
-      const double latent = desc.heat.model == HeatModel::enthalpy ? m.latent_heat : 0.0;
-      p.curve = m.melts_into ? physics::make_enthalpy_curve(capacity_table(m), capacity_table(l),
-                                                            m.melting_point, latent)
-                             : physics::make_enthalpy_curve(capacity_table(m));
+      p.curve = m.melts_into
+                    ? physics::make_enthalpy_curve(capacity_table(m), capacity_table(l), melting_of(m))
+                    : physics::make_enthalpy_curve(capacity_table(m));
     }
     all.push_back(p);
   }
   return all;
 }
 
-/// What a material is as heat: the models without enthalpy have no latent heat. m: whose enthalpy curve it has.
+/// The models without enthalpy have no latent heat.
+physics::Melting WorldImpl::melting_of(const MaterialDesc& m) const {
+  return {m.melting_point, m.melting_range, desc.heat.model == HeatModel::enthalpy ? m.latent_heat : 0.0};
+}
+
+/// What a material is as heat. m: whose enthalpy curve it has.
 void WorldImpl::fill_heat(core::MaterialRow<double>& r, std::size_t i, const MaterialDesc& m) const {
   const MaterialDesc& own = materials[i];
   const MaterialDesc& l = m.melts_into ? materials[m.melts_into.index] : m;
@@ -96,9 +100,14 @@ void WorldImpl::fill_heat(core::MaterialRow<double>& r, std::size_t i, const Mat
   r.liquid_heat_capacity =
       own.dissolves_in ? r.heat_capacity : least_value(l.heat_capacity_points, l.heat_capacity);
   if (r.plateau != 0u) {
-    r.latent_heat = desc.heat.model == HeatModel::enthalpy ? m.latent_heat : 0.0;
-    r.melting_point = m.melting_point;
-    r.melting_enthalpy = physics::capacity_integral(capacity_table(l), m.melting_point) - r.latent_heat;
+    const physics::Melting melting = melting_of(m);
+    r.latent_heat = melting.latent_heat;
+    r.melting_point = melting.point;
+    r.melting_range = melting.range;
+    r.melting_heat = physics::melting_heat(capacity_table(m), capacity_table(l), melting);
+    r.melting_slope = melting.range > 0 ? melting.range / r.melting_heat : 0;
+    r.melting_enthalpy =
+        physics::capacity_integral(capacity_table(l), melting.point + melting.range) - r.melting_heat;
   }
   // A liquid that cannot freeze holds the latent heat of what melts into it none the less.
   for (const MaterialDesc& s : materials)

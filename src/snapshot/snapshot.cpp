@@ -97,6 +97,7 @@ std::uint64_t WorldImpl::material_hash(const MaterialDesc& m) const {
       number(p.value);
     }
   }
+  if (m.melting_range != 0) number(m.melting_range);
   if (!m.solubility_points.empty()) {  // it says what is crystal
     number(double(m.solubility_points.size()));
     for (const PropertyPoint& p : m.solubility_points) {

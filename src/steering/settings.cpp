@@ -114,6 +114,7 @@ Status unchanged(const MaterialDesc& was, const MaterialDesc& is) {
   } numbers[] = {{"density", was.density, is.density},
                  {"heat_capacity", was.heat_capacity, is.heat_capacity},
                  {"melting_point", was.melting_point, is.melting_point},
+                 {"melting_range", was.melting_range, is.melting_range},
                  {"latent_heat", was.latent_heat, is.latent_heat},
                  {"solubility", was.solubility, is.solubility},
                  {"heat_of_solution", was.heat_of_solution, is.heat_of_solution},

@@ -329,8 +329,9 @@ struct SurfaceNodesBody {
       bool in = is == far_inside;
       if (is == unknown) {
         const T scale = w.field.kernel.w_scale / physics::open_share(w.walls, w.field.kernel, at);
-        value = s.all[k] * scale - w.field.level;
-        solid = w.field.level - s.solid[k] * scale;
+        const T phi = s.all[k] * scale, phi_s = w.two_fields ? s.solid[k] * scale : T(0);
+        value = physics::liquid_value(w.field, phi, phi_s);
+        solid = w.field.level - phi_s;
         in = value > T(0) && (!w.two_fields || solid > T(0)) && x.x > w.clip_min.x && x.y > w.clip_min.y &&
              x.z > w.clip_min.z && x.x < w.clip_max.x && x.y < w.clip_max.y && x.z < w.clip_max.z;
       }

@@ -222,10 +222,21 @@ struct YieldBody {
   }
   MELTSIM_HD void draw(std::uint32_t v, std::uint32_t slot) const {
     const Vec4<T> x = w.f.position[slot];
-    const Vec3<T> way = spatial::separation(w.grid, locate_site(w, v).position, xyz(x));
+    const Site<T> s = locate_site(w, v);
+    const Vec3<T> way = spatial::separation(w.grid, s.position, xyz(x));
     const T share =
         physics::drawn_share(std::sqrt(dot(way, way)), w.c.spacing, w.f.clock->dt, w.f.clock->spring_dt);
     w.f.position[slot] = with_w(core::wrapped(w, xyz(x) + way * share), x.w);
+    hold(v, slot, s.donor, way);
+  }
+  /// Of bodies that move freely the particle keeps its momentum until it joins.
+  MELTSIM_HD void hold(std::uint32_t v, std::uint32_t slot, std::uint32_t donor, Vec3<T> way) const {
+    const std::uint32_t tag = w.f.tag[w.f.slot_of_id[w.f.vertex_id[donor]]];
+    if ((tag & (tag_fixed | tag_kinematic)) == 0u) return;
+    const bool moves = (tag & tag_kinematic) != 0u;
+    const Vec3<T> site = moves ? cast<T>(core::carried_point(w, v, w.f.clock->end).velocity) : Vec3<T>{};
+    const Vec4<T> was = w.f.velocity[slot];
+    w.f.velocity[slot] = with_w(site + physics::drawn_velocity(xyz(was) - site, way), was.w);
   }
 };
 

@@ -317,6 +317,7 @@ class WorldImpl final : public Scheduler {
     return m;
   }
   /// Rows in double, all values derived.
+  physics::Melting melting_of(const MaterialDesc& m) const;
   void fill_heat(core::MaterialRow<double>& r, std::size_t i, const MaterialDesc& m) const;
   core::MaterialRow<double> material_row(std::size_t i) const;
   std::vector<core::MaterialRow<double>> material_rows() const;

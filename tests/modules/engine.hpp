@@ -101,7 +101,7 @@ inline core::SceneConstants plain_constants(double spacing = 0.2) {
   core::MaterialRow<double> ice = water;
   ice.density = 917;
   ice.melts = ice.plateau = 1;
-  ice.latent_heat = 1000;
+  ice.latent_heat = ice.melting_heat = 1000;
   ice.melting_enthalpy = -1000;
   core::MaterialRow<double> brine = water;
   brine.density = 2500;

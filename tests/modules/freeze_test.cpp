@@ -37,7 +37,7 @@ struct Plate {
       core::MaterialRow<double>& row = constants.materials[m];
       row.freezes = row.plateau = 1;
       row.solid = m == water ? 1 : 2;  // brine freezes into something else
-      row.latent_heat = 1000;
+      row.latent_heat = row.melting_heat = 1000;
       row.melting_enthalpy = -1000;
     }
     std::vector<Vec3i> free = block(5, 5, 1);
@@ -120,7 +120,8 @@ TEST(Freezing, WithoutLatentHeatTheMeltingPointBelongsToTheLiquid) {
   for (const bool below : {false, true}) {
     Plate p;
     for (const int m : {0, 1})
-      p.constants.materials[m].latent_heat = p.constants.materials[m].melting_enthalpy = 0;
+      p.constants.materials[m].latent_heat = p.constants.materials[m].melting_heat =
+          p.constants.materials[m].melting_enthalpy = 0;
     const std::uint32_t id = p.add(2, 2, {});
     p.state.enthalpy[id] = below ? -1e-9 : 0;
     p.freeze();

@@ -32,7 +32,7 @@ PairScene box(double support, Kind kind, std::uint32_t periodic, Vec3i count, in
     m.liquid_conductivity = 0.6;
     m.diffusivity = 0.01 / m.heat_capacity * m.density;
     m.plateau = 1;
-    m.latent_heat = 1000;
+    m.latent_heat = m.melting_heat = 1000;
     m.melting_enthalpy = -1000;
     m.coldest = -1e7;
   }

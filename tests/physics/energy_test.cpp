@@ -32,7 +32,7 @@ TEST(Energy, LatentIsTheHeatThatChangesNoTemperature) {
   ice.plateau = 1;
   ice.heat_capacity = 2000;
   ice.liquid_heat_capacity = 4000;
-  ice.latent_heat = 3e5;
+  ice.latent_heat = ice.melting_heat = 3e5;
   ice.melting_point = 5;
   ice.melting_enthalpy = -2.8e5;
   const double mass = 0.25, cold = mass * enthalpy_of(ice, -10.0);

@@ -257,7 +257,7 @@ TEST(PropertyTable, LinearBetweenPointsConstantBeyond) {
 // h is the integral of c; the inverse returns T. 1e-9 degrees of 1e3.
 TEST(EnthalpyCurve, IntegralAndInverse) {
   const auto solid = table({{-50, 1800}, {0, 2100}}), liquid = table({{0, 4200}, {50, 4180}, {100, 4220}});
-  const EnthalpyCurve curve = make_enthalpy_curve(solid, liquid, 0, 3.34e5);
+  const EnthalpyCurve curve = make_enthalpy_curve(solid, liquid, {0, 0, 3.34e5});
   double sum = curve_enthalpy(curve, -80.0);
   for (double t = -80; t < 120; t += 0.01) {
     const double middle = t + 0.005;
@@ -272,6 +272,20 @@ TEST(EnthalpyCurve, IntegralAndInverse) {
     EXPECT_NEAR(curve_temperature(curve, curve_enthalpy(curve, t)), t, 1e-9) << t;
   EXPECT_EQ(curve_temperature(curve, -1e5), 0.0);                               // on the plateau
   EXPECT_NEAR(curve_enthalpy(curve, 10.0), 4200 * 10 - 0.5 * 0.4 * 100, 1e-6);  // liquid: 0 at 0 degrees
+}
+
+// Both capacities change along the range: what melting takes is L and the mean of their integrals, and T is linear in it.
+TEST(EnthalpyCurve, AMeltingRangeJoinsBothPhases) {
+  const auto solid = table({{-50, 1800}, {10, 2400}}), liquid = table({{0, 4200}, {50, 4000}});
+  const EnthalpyCurve curve = make_enthalpy_curve(solid, liquid, {2, 6, 3e5});
+  const double begin = curve_enthalpy(curve, 2.0), end = curve_enthalpy(curve, 8.0);
+  EXPECT_NEAR(end - begin, 3e5 + 0.5 * 6 * (0.5 * (2320 + 2380) + 0.5 * (4192 + 4168)), 1e-6);
+  EXPECT_NEAR(end, 8 * 0.5 * (4200 + 4168), 1e-6);  // liquid: 0 at 0 degrees
+  for (const double share : {0.0, 0.25, 0.5, 0.99, 1.0})
+    EXPECT_NEAR(curve_temperature(curve, begin + share * (end - begin)), 2 + 6 * share, 1e-9);
+  for (const double t : {-300.0, -50.0, 1.9, 2.1, 5.0, 7.9, 8.1, 30.0, 77.0})
+    EXPECT_NEAR(curve_temperature(curve, curve_enthalpy(curve, t)), t, 1e-9) << t;
+  EXPECT_NEAR(begin - curve_enthalpy(curve, 1.0), 0.5 * (2310 + 2320), 1e-6);
 }
 
 }  // namespace

@@ -30,19 +30,31 @@ MaterialRow<double> ice(double melting_point, double latent_heat) {
   m.heat_capacity = ice_capacity;
   m.conductivity = 2.22;
   m.melting_point = melting_point;
-  m.latent_heat = latent_heat;
+  m.latent_heat = m.melting_heat = latent_heat;
   m.melting_enthalpy = water_capacity * melting_point - latent_heat;
   m.melts = m.plateau = 1;
   return m;
 }
 
+/// The same, but it melts over so many degrees from its melting point on.
+MaterialRow<double> alloy(double melting_point, double range, double latent_heat) {
+  MaterialRow<double> m = ice(melting_point, latent_heat);
+  m.melting_range = range;
+  m.melting_heat = latent_heat + 0.5 * (ice_capacity + water_capacity) * range;
+  m.melting_slope = range / m.melting_heat;
+  m.melting_enthalpy = water_capacity * (melting_point + range) - m.melting_heat;
+  return m;
+}
+
 // -273 to 2000 degrees; one division and one multiplication each way: 1e-12 of the value.
 TEST(EnthalpyCurve, InverseBothWays) {
-  for (const MaterialRow<double>& m : {water(), ice(0, latent), ice(327.5, 23e3), ice(0, 0)}) {
+  for (const MaterialRow<double>& m :
+       {water(), ice(0, latent), ice(327.5, 23e3), ice(0, 0), alloy(30, 5, latent), alloy(-5, 200, 0)}) {
     for (double t = -273; t < 2000; t += 7.3)
       EXPECT_NEAR(temperature_of(m, enthalpy_of(m, t)), t, 1e-9 * (1 + std::fabs(t)));
     for (double h = -8e5; h < 8e6; h += 33333) {
-      if (m.melts != 0u && liquid_fraction(m, h) > 0 && liquid_fraction(m, h) < 1) continue;  // the plateau
+      if (m.melts != 0u && m.melting_range == 0 && liquid_fraction(m, h) > 0 && liquid_fraction(m, h) < 1)
+        continue;  // the plateau
       EXPECT_NEAR(enthalpy_of(m, temperature_of(m, h)), h, 1e-9 * (1e4 + std::fabs(h)));
     }
   }
@@ -84,6 +96,24 @@ TEST(EnthalpyCurve, MeltedSolidLiesOnItsLiquidsCurve) {
       EXPECT_NEAR(enthalpy_of(m, t), enthalpy_of(water(), t), 1e-9 * (latent + std::fabs(enthalpy_of(m, t))));
     EXPECT_NEAR(temperature_of(water(), m.melting_enthalpy + latent), point, 1e-9);
   }
+}
+
+// Between the ends the liquid fraction is the share of the range, and the heat L and the mean of both capacities.
+TEST(EnthalpyCurve, MeltingOverARangeIsLinearInTemperature) {
+  const double begin = 30, range = 8;
+  const auto m = alloy(begin, range, latent);
+  const double solid = enthalpy_of(m, begin), molten = enthalpy_of(m, begin + range);
+  EXPECT_NEAR(molten - solid, latent + 0.5 * (ice_capacity + water_capacity) * range, 1e-6);
+  EXPECT_NEAR(molten, enthalpy_of(water(), begin + range), 1e-6);
+  for (double share = 0; share <= 1; share += 0.125) {
+    const double h = enthalpy_of(m, begin + share * range);
+    EXPECT_NEAR(liquid_fraction(m, h), share, 1e-12);
+    EXPECT_NEAR(h, solid + share * (molten - solid), 1e-6);
+  }
+  EXPECT_EQ(liquid_fraction(m, solid - 1), 0.0);
+  EXPECT_EQ(liquid_fraction(m, molten + 1), 1.0);
+  EXPECT_NEAR(enthalpy_of(m, begin - 1), solid - ice_capacity, 1e-6);
+  EXPECT_NEAR(enthalpy_of(m, begin + range + 1), molten + water_capacity, 1e-6);
 }
 
 TEST(Melting, NeedsSurfaceAndAllOfTheLatentHeat) {
@@ -158,6 +188,14 @@ TEST(Conductance, TowardNeighboursTheFluxIsTheIntegralOfTheConductivity) {
       EXPECT_DOUBLE_EQ(conductivity_toward(m, t, other),
                        t == other ? 2.22 : conductivity_toward(m, other, t));
     }
+}
+
+// Across the whole range the flux is that of a conductivity linear in the liquid fraction.
+TEST(Conductance, AcrossAMeltingRangeTheFluxIsThatOfTheMeanConductivity) {
+  const auto m = alloy(30, 8, latent);
+  const double across = 2.22 * 10 + 0.5 * (2.22 + 0.561) * 8 + 0.561 * 12;
+  EXPECT_NEAR(conductivity_toward(m, 20.0, 50.0) * 30, across, 1e-12);
+  EXPECT_NEAR(conductivity_toward(m, 50.0, 20.0) * 30, across, 1e-12);
 }
 
 // Lattices of every kind that has one direction, or two, to conduct in: what the pair sum finds along it, added up

@@ -17,7 +17,7 @@ MaterialRow<double> liquid(double latent) {
   m.freezes = m.plateau = 1;
   m.heat_capacity = 2000;
   m.liquid_heat_capacity = 4000;
-  m.latent_heat = latent;
+  m.latent_heat = m.melting_heat = latent;
   m.melting_enthalpy = -latent;
   return m;
 }

@@ -23,7 +23,7 @@ TEST(Sampling, SolidsCountForHeatAndNotForPressure) {
   ice.density = 900;
   ice.heat_capacity = 2000;
   ice.plateau = 1;
-  ice.latent_heat = 1024;
+  ice.latent_heat = ice.melting_heat = 1024;
   SampleSums s;
   EXPECT_TRUE(std::isnan(sampled_value(s, SampleField::temperature, 0)));
   s.add(1, sampled(ice, false, 512, 2, 1, 0.75, -3, {7, 8, 9}, everything));

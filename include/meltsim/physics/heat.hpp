@@ -2,13 +2,17 @@
 // Heat: the enthalpy curve, conductivities, and the paper's pair update. Pairs exchange heat and super-steps advance it
 // as diffusion.hpp says.
 //
-// Sources: enthalpy method: Voller & Cross (1981), Int. J. Heat Mass Transfer 24:545. Paper mode: Shao & Yu (2017), eq. (4);
-// Dagenais et al. (2012).
+// Sources: enthalpy method: Voller & Cross (1981), Int. J. Heat Mass Transfer 24:545; melting over a range of temperatures with
+// a liquid fraction linear in it: Voller & Swaminathan (1991), Numer. Heat Transfer B 19:175. Paper mode: Shao & Yu (2017),
+// eq. (4); Dagenais et al. (2012).
 //
 //   symbol  meaning                                         unit
 //   H       enthalpy of a particle                          J       (double: a step may add 1e-8 of it)
 //   h       H / m                                           J/kg
 //   T       temperature                                     degrees Celsius
+//   T_s     melting point: melting begins                   degrees Celsius
+//   T_l     T_s and the melting range: melting ends         degrees Celsius
+//   f       liquid fraction, linear in h and T between them -
 //   R       1/k                                             m K/W
 //   g_ij    V_i V_j L_ij 2 / (R_i + R_j)                    W/K     bitwise symmetric in i, j
 //   dH_i/dt sum_j g_ij (T_j - T_i)                          W       antisymmetric: energy is conserved
@@ -35,37 +39,38 @@ inline double diffusivity_of(double conductivity, double density, double heat_ca
   return conductivity / (density * heat_capacity);
 }
 
-/// T(h) of a material: solid slope, plateau of width L at the melting point, liquid slope.
+/// T(h) of a material: solid slope, melting - a plateau of width L, or a slope where it has a range -, liquid slope.
 template <class T>
 MELTSIM_HD double temperature_of(const MaterialRow<T>& m, double h) {
   if (m.tables != nullptr && m.tables->curve.nodes != 0u) return curve_temperature(m.tables->curve, h);
   if (m.plateau == 0u) return h / m.heat_capacity;
   const double above = h - m.melting_enthalpy;
   if (above < 0.0) return m.melting_point + above / m.heat_capacity;
-  if (above <= m.latent_heat) return m.melting_point;
-  return m.melting_point + (above - m.latent_heat) / m.liquid_heat_capacity;
+  if (above <= m.melting_heat) return m.melting_point + m.melting_slope * above;
+  return m.melting_point + m.melting_range + (above - m.melting_heat) / m.liquid_heat_capacity;
 }
 
-/// h(T) [J/kg]; at the melting point that of the whole solid for a solid, of the whole liquid for a liquid.
+/// h(T) [J/kg]; at a melting point without a range that of the whole solid for a solid, of the whole liquid for a liquid.
 template <class T>
 MELTSIM_HD double enthalpy_of(const MaterialRow<T>& m, double temperature) {
-  const bool liquid_at_point = m.freezes != 0u && temperature == m.melting_point;
-  if (liquid_at_point) return m.melting_enthalpy + m.latent_heat;
+  const bool liquid_at_point = m.freezes != 0u && temperature == m.melting_point && m.melting_range == 0.0;
+  if (liquid_at_point) return m.melting_enthalpy + m.melting_heat;
   if (m.tables != nullptr && m.tables->curve.nodes != 0u) return curve_enthalpy(m.tables->curve, temperature);
   if (m.plateau == 0u) return m.heat_capacity * temperature;
   const double above = temperature - m.melting_point;
   if (above <= 0.0) return m.melting_enthalpy + above * m.heat_capacity;
-  return m.melting_enthalpy + m.latent_heat + above * m.liquid_heat_capacity;
+  if (above < m.melting_range) return m.melting_enthalpy + above / m.melting_range * m.melting_heat;
+  return m.melting_enthalpy + m.melting_heat + (above - m.melting_range) * m.liquid_heat_capacity;
 }
 
-/// Share of the melting enthalpy taken up, 0..1. With L = 0 it jumps to 1 at the melting point, which is the
+/// Share of the melting heat taken up, 0..1. With none it jumps to 1 at the melting point, which is the
 /// paper's criterion T >= T_melt.
 template <class T>
 MELTSIM_HD double liquid_fraction(const MaterialRow<T>& m, double h) {
   if (m.plateau == 0u) return 1.0;
   const double above = h - m.melting_enthalpy;
-  if (m.latent_heat <= 0.0) return above >= 0.0 ? 1.0 : 0.0;
-  return clamp(above / m.latent_heat, 0.0, 1.0);
+  if (m.melting_heat <= 0.0) return above >= 0.0 ? 1.0 : 0.0;
+  return clamp(above / m.melting_heat, 0.0, 1.0);
 }
 
 /// k [W/(m K)] at a liquid fraction and temperature, interpolated linearly in the fraction: for exchange with
@@ -86,10 +91,12 @@ MELTSIM_HD T conductivity_at(const MaterialRow<T>& m, T fraction, T temperature)
 /// liquid toward hotter neighbours and as solid toward colder ones, because that phase lies between its front and them; the
 /// front crosses the cell while it takes up latent heat, so its mean distance from the neighbour is one spacing. The flux is
 /// continuous in both temperatures where melting begins and ends, so the stages of a super-step may follow them.
+/// Deviation: with a melting range k changes in its middle instead of along it, which conducts the same across the whole of it.
 template <class T>
 struct TowardNeighbour {
-  T solid{}, liquid{};                          ///< k of the phases [W/(m K)]
-  T melting_point{}, temperature{};             ///< of the particle [degrees Celsius]
+  T solid{}, liquid{};  ///< k of the phases [W/(m K)]
+  T melting_point{},
+      temperature{};  ///< of the particle, the former in the middle of a range [degrees Celsius]
   MELTSIM_HD T operator()(T neighbour) const {  ///< k toward a neighbour of this temperature
     const T above = maximum(temperature, neighbour) - melting_point,
             below = melting_point - minimum(temperature, neighbour);
@@ -102,7 +109,7 @@ struct TowardNeighbour {
 template <class T>
 MELTSIM_HD TowardNeighbour<T> toward_neighbour(const MaterialRow<T>& m, T temperature) {
   return {conductivity_at(m, T(0), temperature), conductivity_at(m, T(1), temperature),
-          static_cast<T>(m.melting_point), temperature};
+          static_cast<T>(m.melting_point + 0.5 * m.melting_range), temperature};
 }
 /// k toward a neighbour [W/(m K)].
 template <class T>

@@ -266,12 +266,18 @@ MELTSIM_HD ParticleSurface<T> free_surface(const WallExchange<T>& e, const FreeL
   return {maximum(volume * G / of_layer * share, lonely * T(4.84) * volume / dx), e.half_spacing};
 }
 
+/// Share up to which a surface is covered: what is missing there is a gap of a few tenths of a spacing, as liquid leaves beneath
+/// a body that does not sink after it when its weight compresses it.
+inline constexpr double covered_share = 0.2;
+
 /// Dry share of the surface of a particle [-]: the kernel sum missing around it, divided by the sum that its body
-/// alone leaves missing.
+/// alone leaves missing. 0 up to covered_share, what it is from twice that on. Ours.
 template <class T>
 MELTSIM_HD T dry_share(T own, T everything) {
   const T open = T(1) - own;
-  return open > T(1e-3) ? clamp((T(1) - everything) / open, T(0), T(1)) : T(0);
+  if (!(open > T(1e-3))) return T(0);
+  const T share = clamp((T(1) - everything) / open, T(0), T(1)), covered = static_cast<T>(covered_share);
+  return minimum(share, maximum(T(2) * (share - covered), T(0)));
 }
 
 }  // namespace physics

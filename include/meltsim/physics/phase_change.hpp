@@ -75,6 +75,14 @@ MELTSIM_HD T drawn_share(T distance, T spacing, T dt, T acoustic) {
   return distance > step ? step / distance : T(1);
 }
 
+/// v_i - v_site [m/s] of a particle drawn along `way` to a body that is held: what leads away from the site is taken, so that what
+/// falls as fast as it is drawn arrives. The body takes its momentum.
+template <class T>
+MELTSIM_HD Vec3<T> drawn_velocity(Vec3<T> relative, Vec3<T> way) {
+  const T away = minimum(dot(relative, way), T(0)), distance2 = dot(way, way);
+  return distance2 > T(0) ? relative - way * (away / distance2) : relative;
+}
+
 /// Smallest distance of a site from the faces of the domain, in spacings: a body resting on a wall has 0.5.
 inline constexpr double site_margin = 0.25;
 

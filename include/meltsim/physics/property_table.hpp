@@ -3,7 +3,8 @@
 // enthalpy curve to which heat capacities integrate.
 //
 // Source: h(T) = integral of c dT (any text on heat, e.g. Carslaw & Jaeger 1959, sec. 1.6); the plateau of
-// width L at the melting point as in Voller & Cross (1981), Int. J. Heat Mass Transfer 24:545.
+// width L at the melting point as in Voller & Cross (1981), Int. J. Heat Mass Transfer 24:545; the range in its place as in
+// Voller & Swaminathan (1991), Numer. Heat Transfer B 19:175.
 //
 //   symbol  meaning                                  unit
 //   T       temperature                              degrees Celsius
@@ -115,28 +116,46 @@ inline EnthalpyCurve make_enthalpy_curve(const PropertyTable<double>& c) {
   return e;
 }
 
-/// The curve of a substance that melts: solid capacity up to the melting point, L, liquid capacity (host).
+/// At which temperatures a substance melts, and what that takes.
+struct Melting {
+  double point = 0;        ///< T_s, where it begins [degrees Celsius]
+  double range = 0;        ///< T_l - T_s [K], 0 where it begins and ends at one temperature
+  double latent_heat = 0;  ///< L [J/kg]
+};
+
+/// What melting takes from T_s to T_l (host) [J/kg]: L, and what warms a substance that is half solid and half liquid in the mean.
+inline double melting_heat(const PropertyTable<double>& solid, const PropertyTable<double>& liquid,
+                           const Melting& m) {
+  if (m.range == 0) return m.latent_heat;
+  const auto over_range = [&m](const PropertyTable<double>& c) {
+    return capacity_integral(c, m.point + m.range) - capacity_integral(c, m.point);
+  };
+  return m.latent_heat + 0.5 * (over_range(solid) + over_range(liquid));
+}
+
+/// The curve of a substance that melts: solid capacity up to T_s, melting, liquid capacity from T_l on (host).
 inline EnthalpyCurve make_enthalpy_curve(const PropertyTable<double>& solid,
-                                         const PropertyTable<double>& liquid, double melting_point,
-                                         double latent_heat) {
+                                         const PropertyTable<double>& liquid, const Melting& m) {
   EnthalpyCurve e;
-  const double melted = capacity_integral(liquid, melting_point);
+  const double end = m.point + m.range, melted = capacity_integral(liquid, end);
+  const double heat = melting_heat(solid, liquid, m);
   const auto add = [&e](double t, double h, double below, double above) {
     e.temperature[e.nodes] = t;
     e.enthalpy[e.nodes] = h;
     e.below[e.nodes] = below;
     e.above[e.nodes++] = above;
   };
-  const double shift = melted - latent_heat - capacity_integral(solid, melting_point);
+  const double shift = melted - heat - capacity_integral(solid, m.point);
   for (std::uint32_t k = 0; k < solid.points; ++k)
-    if (solid.temperature[k] < melting_point)
+    if (solid.temperature[k] < m.point)
       add(solid.temperature[k], shift + capacity_integral(solid, solid.temperature[k]), solid.value[k],
           solid.value[k]);
-  const double c_solid = property_at(solid, melting_point), c_liquid = property_at(liquid, melting_point);
-  add(melting_point, melted - latent_heat, c_solid, c_solid);
-  add(melting_point, melted, c_liquid, c_liquid);
+  const double c_solid = property_at(solid, m.point), c_liquid = property_at(liquid, end);
+  const double within = m.range > 0 ? heat / m.range : 0;  // a plateau has no capacity, and none is asked for
+  add(m.point, melted - heat, c_solid, m.range > 0 ? within : c_solid);
+  add(end, melted, m.range > 0 ? within : c_liquid, c_liquid);
   for (std::uint32_t k = 0; k < liquid.points; ++k)
-    if (liquid.temperature[k] > melting_point)
+    if (liquid.temperature[k] > end)
       add(liquid.temperature[k], capacity_integral(liquid, liquid.temperature[k]), liquid.value[k],
           liquid.value[k]);
   return e;

@@ -14,6 +14,7 @@
 //   g_j     1, more where s_j is less than anywhere in a plane surface                    -
 //   G_j     ellipsoid of j: symmetric; 1 for a ball                                       -
 //   phi(x)  sum_j V_j g_j det G_j W(|G_j (x - x_j)|) / o(x); inside is phi > level        -
+//   phi_s   the same of solids alone                                                      -
 //
 // The surface of the lattice is a plane half a spacing beyond its last layer: level is phi there (0.492 for balls;
 // bumps between the particles are 0.004 dx). g makes the level set of an isolated particle a ball of volume
@@ -225,6 +226,14 @@ MELTSIM_HD T surface_gain(const SurfaceField<T>& f, T sum) {
 template <class T>
 MELTSIM_HD T open_share(const WallBox<T>& walls, const SphKernel<T>& k, Vec3<T> x) {
   return T(1) - wall_cover(walls, k, x);
+}
+
+/// Above 0 in liquid beside solids [-]: its own field, phi - phi_s, against the level in what they leave open, as in what walls
+/// do. So a level surface meets them level. Inside solids, phi_s > level, it says nothing.
+/// Deviation: a film less than a spacing thick on a solid comes out a tenth of a spacing thinner.
+template <class T>
+MELTSIM_HD T liquid_value(const SurfaceField<T>& f, T phi, T phi_s) {
+  return phi - phi_s - f.level * (T(1) - phi_s);
 }
 
 /// Place where a field that is `inside` > 0 at one end of an edge and `outside` <= 0 at the other crosses 0, in edge
