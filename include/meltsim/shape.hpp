@@ -21,9 +21,10 @@ struct Ellipsoid {
   Vec3d radii{1, 1, 1};  ///< half axes [m], > 0
 };
 
-/// Triangles over shared vertices, in any orientation. The mesh need not be closed: points are classified by
-/// parity along three axes and the majority decides, which tolerates small holes. Regions covered twice are
-/// outside: pass parts that overlap as separate meshes and unite them.
+/// Triangles over shared vertices. Of shells that are closed and of one orientation, whichever it is, a point is inside where their
+/// winding number is not 0: parts that overlap are one, and a shell within another is a cavity if it faces the other way. The
+/// mesh need not be closed: of other shells a point is inside if an odd number of their surfaces is before it. It is looked at along
+/// three axes and the majority decides, which tolerates small holes.
 struct TriangleMesh {
   std::vector<Vec3d> vertices;         ///< [m]
   std::vector<std::uint32_t> indices;  ///< three per triangle, from 0

@@ -28,6 +28,7 @@ Projected project(Vec3d p) {
 /// The piece of a line of constant v that a triangle covers, u in [left.u, right.u).
 struct Span {
   double left_u, left_w, right_u, right_w;
+  int facing;  ///< 1: its normal, by the order of its corners, points along w, else -1
 
   /// Depth at a u inside the piece.
   double depth(double u) const { return left_w + (u - left_u) / (right_u - left_u) * (right_w - left_w); }
@@ -36,6 +37,7 @@ struct Span {
 /// False where the line misses the triangle.
 inline bool scan(const Projected (&corner)[3], double v, Span& span) {
   double u[2] = {0, 0}, w[2] = {0, 0};
+  bool up[2] = {false, false};
   int found = 0;
   for (int i = 0; i < 3; ++i) {
     const Projected &a = corner[i], &b = corner[i == 2 ? 0 : i + 1];
@@ -45,11 +47,12 @@ inline bool scan(const Projected (&corner)[3], double v, Span& span) {
     const double t = (v - low.v) / (high.v - low.v);
     u[found] = low.u + t * (high.u - low.u);
     w[found] = low.w + t * (high.w - low.w);
+    up[found] = a.v < b.v;
     ++found;  // Signs around a triangle change zero times or twice.
   }
   if (found == 0) return false;
   const int left = u[1] < u[0] ? 1 : 0;
-  span = {u[left], w[left], u[1 - left], w[1 - left]};
+  span = {u[left], w[left], u[1 - left], w[1 - left], up[1 - left] ? 1 : -1};
   return true;
 }
 

@@ -3,6 +3,7 @@
 // hair towards +x, +y, +z, so that an axis-aligned mesh and the box of its corners hold the same sites.
 #include "shape/box_ops.hpp"
 #include "shape/mesh_raster.hpp"
+#include "shape/mesh_shells.hpp"
 #include "shape/shape_check.hpp"
 #include "shape/shape_primitives.hpp"
 #include "shape/shape_round.hpp"
@@ -37,6 +38,7 @@ class MeshNode final : public ShapeNode {
     const double tie = tie_width(magnitude(bounds_.max - bounds_.min),
                                  maximum(magnitude(bounds_.min), magnitude(bounds_.max)));
     nudge_ = {tie, tie, tie};
+    turns_ = triangle_turns(mesh_);
   }
 
   bool contains(Vec3d p) const override {
@@ -45,7 +47,7 @@ class MeshNode final : public ShapeNode {
     if (!status_ || q.x < b.min.x || q.y < b.min.y || q.z < b.min.z || q.x > b.max.x || q.y > b.max.y ||
         q.z > b.max.z)
       return false;
-    return inside_by_parity(mesh_, q);
+    return inside_of(mesh_, turns_, q);
   }
 
   Box bounds(const Affine& to_world) const override {
@@ -58,7 +60,7 @@ class MeshNode final : public ShapeNode {
   Status validate() const override { return status_; }
 
   void fill(const Lattice& lattice, SiteMask& mask) const override {
-    fill_by_parity(mesh_, nudge_, lattice, mask);
+    fill_inside(mesh_, turns_, nudge_, lattice, mask);
   }
 
   bool holds_mesh() const override { return true; }
@@ -72,6 +74,7 @@ class MeshNode final : public ShapeNode {
 
  private:
   TriangleMesh mesh_;
+  std::vector<std::int8_t> turns_;
   Status status_;
   Box bounds_ = empty_box();
   Vec3d nudge_;

@@ -317,6 +317,7 @@ class Sequence {
         m.melts_into = liquids_[random_.below(static_cast<std::uint32_t>(liquids_.size()))];
         m.melting_point = or_extreme(random_.uniform(-20, 60));
         m.latent_heat = or_extreme(pick({0.0, 1e4, 3.34e5}));
+        if (chance(0.3)) m.melting_range = or_extreme(log_uniform(0.1, 100), 0.05);
         m.freezes = chance(0.3);
       }
       if (chance(0.2)) m.contact_angle = or_extreme(random_.uniform(0, 180), 0.05);
@@ -348,7 +349,7 @@ class Sequence {
     }
     note("add_material ", species ? "species " : "", solid ? "solid" : "liquid", " rho ", m.density, " mu ",
          m.viscosity, " k ", m.conductivity, " c ", m.heat_capacity, " w ", m.region_half_width, " E ",
-         m.youngs_modulus, " L ", m.latent_heat, m.freezes ? " freezes" : "");
+         m.youngs_modulus, " L ", m.latent_heat, " range ", m.melting_range, m.freezes ? " freezes" : "");
     refusable_ =
         species ||
         bool(

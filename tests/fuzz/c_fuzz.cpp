@@ -607,6 +607,7 @@ class Sequence {
     if (c.name != nullptr) d.name = c.name;
     d.density = c.density, d.viscosity = c.viscosity, d.conductivity = c.conductivity;
     d.heat_capacity = c.heat_capacity, d.melting_point = c.melting_point, d.latent_heat = c.latent_heat;
+    d.melting_range = c.melting_range;
     d.melts_into = {c.melts_into.index, c.melts_into.generation};
     for (const Thing& t : known)
       if (t.c.index == c.melts_into.index && t.c.generation == c.melts_into.generation)
@@ -646,7 +647,9 @@ class Sequence {
       refused("add_material", [&] { return meltsim_world_add_material(c_.get(), &bad, nullptr); });
     }
     const Thing liquid = thing(liquids_);
-    if (solid) d.melts_into = liquid.c, d.melting_point = number(0), d.latent_heat = number(3e5);
+    if (solid)
+      d.melts_into = liquid.c, d.melting_point = number(0), d.latent_heat = number(3e5),
+      d.melting_range = number(2);
     Thing made;
     if (!described(
             "add_material", d, defaults,
@@ -701,6 +704,7 @@ class Sequence {
     d.name = x.name.c_str();
     d.density = x.density, d.viscosity = x.viscosity, d.conductivity = x.conductivity;
     d.heat_capacity = x.heat_capacity, d.melting_point = x.melting_point, d.latent_heat = x.latent_heat;
+    d.melting_range = x.melting_range;
     for (const Thing& t : materials_)
       if (t.id<MaterialId>() == x.melts_into) d.melts_into = t.c;
     d.freezes = x.freezes ? 1 : 0;

@@ -97,6 +97,24 @@ TEST(Freezing, AParticleIsDrawnToItsSiteSlowly) {
   }
 }
 
+// What a held body draws no longer moves away from its site, or it would hang where it falls as fast as it is drawn; along the plate it
+// moves on. A free body leaves it its momentum.
+TEST(Freezing, WhatAHeldBodyDrawsDoesNotMoveAway) {
+  for (const bool held : {false, true}) {
+    Plate p;
+    const std::uint32_t away = p.add(2, 2, {0, 0, 0.5}), towards = p.add(0, 0, {0, 0, -0.5});
+    if (held)
+      for (std::uint32_t& tag : p.state.tag)
+        if (is_solid(tag)) tag |= tag_fixed;
+    p.rig.upload(p.constants, p.lattice, p.state, facts);
+    p.rig.run({"step.begin", "spatial", "spatial.neighbours", "topology"}, 1e-9);
+    p.rig.engine->download(p.state);
+    EXPECT_EQ(p.state.velocity[away].x, 1.0);
+    EXPECT_NEAR(p.state.velocity[away].z, held ? 0.0 : 3.0, 1e-12);
+    EXPECT_EQ(p.state.velocity[towards].z, 3.0);
+  }
+}
+
 TEST(Freezing, WhatIsOutOfReachWarmOrOfAnotherMaterialStaysLiquid) {
   Plate p;
   const std::uint32_t far = p.add(0, 0, {0, 0, 0.63});

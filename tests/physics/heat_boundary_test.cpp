@@ -235,6 +235,14 @@ TEST(ParticleSurface, DryShare) {
   EXPECT_EQ(dry_share(1.0, 1.0), 0.0);  // inside
 }
 
+// A gap of a few tenths of a spacing is covered; from twice that share on it counts in full, without a jump.
+TEST(ParticleSurface, AGapOfAFewTenthsOfASpacingIsCovered) {
+  EXPECT_EQ(dry_share(0.8, 1 - 0.2 * 0.19), 0.0);
+  EXPECT_NEAR(dry_share(0.8, 1 - 0.2 * 0.3), 0.2, 1e-12);
+  EXPECT_NEAR(dry_share(0.8, 1 - 0.2 * 0.4), 0.4, 1e-12);
+  EXPECT_NEAR(dry_share(0.8, 1 - 0.2 * 0.6), 0.6, 1e-12);
+}
+
 PropertyTable<double> table(std::initializer_list<std::pair<double, double>> points) {
   PropertyTable<double> t;
   for (const auto& [a, b] : points) {

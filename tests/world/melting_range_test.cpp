@@ -2,6 +2,7 @@
 // Melting over a range of temperatures: profiles against the similarity solution, mixtures against calorimetry, and where a
 // particle changes its phase.
 #include <cmath>
+#include <limits>
 
 #include "scenes.hpp"
 
@@ -89,7 +90,8 @@ struct Similarity {
   }
 };
 
-// The diffusion length is 12 spacings. Relative L2 error of second order in a spacing over it: 1e-2.
+// The diffusion length is 12 spacings, that of the mush 6: a relative error of second order in a spacing over it, 1/36 of what bends
+// the profile there, a tenth of all, in the L2 norm: 2e-3.
 TEST(MeltingRange, ABarFollowsTheSimilaritySolution) {
   MELTSIM_NEEDS_BACKEND();
   constexpr int half = 52;
@@ -105,7 +107,7 @@ TEST(MeltingRange, ABarFollowsTheSimilaritySolution) {
   const StepResult r = world.synchronize();
   ASSERT_FALSE(r.halted) << r.halt_reason;
   const Similarity exact(hot, cold);
-  ASSERT_GT(exact.l, 0.1);  // some is wholly molten
+  ASSERT_GT(exact.l, 0.05);  // some is wholly molten
   const ParticleData p = *world.particles();
   double error = 0, norm = 0;
   for (std::size_t i = 0; i < p.id.size(); ++i) {
@@ -113,11 +115,10 @@ TEST(MeltingRange, ABarFollowsTheSimilaritySolution) {
     error += std::pow(p.temperature[i] - t, 2);
     norm += std::pow(t - cold, 2);
   }
-  std::printf("l %g s %g error %g\n", exact.l, exact.s, std::sqrt(error / norm));
-  EXPECT_LT(std::sqrt(error / norm), 1e-2);
+  EXPECT_LT(std::sqrt(error / norm), 2e-3);
   // Liquid by tag is what is liquid to the last: a layer when its middle is.
   const double molten = 2 * exact.l * std::sqrt(diffusivity * dt * steps) / dx;
-  EXPECT_NEAR(double(r.liquid) / 64, molten, 1.0);
+  EXPECT_NEAR(double(r.fluid) / 64, molten, 1.0);
 }
 
 /// A closed tank in which everything comes to one temperature: where what it holds says, and how much of the alloy is liquid.
@@ -135,7 +136,7 @@ Mixed mixed(World& world, MaterialId of, int steps) {
   const Totals t = *world.totals();
   m.spread = t.temperature_max - t.temperature_min;
   m.lost = t.thermal - before;
-  m.liquid = r.liquid;
+  m.liquid = r.fluid;
   m.solid = r.solid;
   const ParticleData p = *world.particles();
   double n = 0;

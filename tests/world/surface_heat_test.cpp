@@ -234,6 +234,43 @@ TEST(SurfaceHeat, OnlyTheDrySurfaceOfABodyExchanges) {
 // 0.15 R^2/alpha it is 0.1 % of the first. So the rate says at which radius the ball is held, and that is to be the radius of a ball
 // of its volume. 0.02 dx is a third of a percent of 7 dx, and half of what it was off while the open layer behind steps of the
 // surface did not count. Mean over two places in the lattice; steps of 5e-4 R^2/alpha slow the decay as 0.004 dx would.
+// Liquid that its weight compresses stands lower than a fixed plate that lies on it. The gap of tenths of a spacing is no surface: the
+// plate takes what its upper side takes. 3 %: of the area of a plane.
+TEST(SurfaceHeat, ThePlateOnAPoolIsDryOnItsUpperSide) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = describe();
+  d.spacing = dx;
+  d.density_error = 0.012;
+  d.heat.time_scale = 1e4;
+  d.domain.bounded = true;
+  d.domain.max = {side, 2.2, side};
+  d.domain.faces = {Face::periodic, Face::periodic, Face::wall, Face::open, Face::periodic, Face::periodic};
+  auto made = World::create(d);
+  ASSERT_TRUE(made) << made.error().message;
+  World w = std::move(*made);
+  const MaterialId liquid = *w.add_material(substance());
+  MaterialDesc solid = substance();
+  solid.name = "stone";
+  const auto stone = w.add_material(solid);
+  ASSERT_TRUE(stone) << stone.error().message;
+  FluidDesc pool;
+  pool.shape = Shape::box({0, 0, 0}, {side, 1.6, side});
+  pool.material = liquid;
+  require(w.add_fluid(pool));
+  SolidDesc plate;
+  plate.shape = Shape::box({0, 1.6, 0}, {side, 1.9, side});
+  plate.material = *stone;
+  plate.fixed = true;
+  plate.surface.flux = 1000;
+  require(w.add_solid(plate));
+  const auto start = w.totals();
+  ASSERT_TRUE(start) << start.error().message;
+  for (int n = 0; n < 50; ++n) require(w.step(0.01));
+  EXPECT_FALSE(w.synchronize().halted);
+  const double right = 1000 * side * side * 0.5 * d.heat.time_scale;
+  EXPECT_NEAR((w.totals()->thermal - start->thermal) / right, 1, 0.03);
+}
+
 TEST(SurfaceHeat, BallsAreHeldAtTheirSurface) {
   MELTSIM_NEEDS_BACKEND();
   constexpr double pi = 3.14159265358979323846, R = 7 * dx, alpha = k / rho_c, tau = R * R / alpha;
