@@ -251,13 +251,15 @@ def turn_of(run, up):
 # ---- Colours and materials
 
 def linear(color):
-    return numpy.array(color) ** 2.2  # Blender's colours are linear light
+    """What a monitor shows (sRGB) as linear light, which Blender's colours are."""
+    shown = numpy.array(color, float)
+    return numpy.where(shown <= 0.04045, shown / 12.92, ((shown + 0.055) / 1.055) ** 2.4)
 
 
 def colors(temperature, cold, hot):
     x = numpy.clip((temperature - cold) / max(hot - cold, 1e-9), 0, 1) * (len(RAMP) - 1)
     shown = numpy.stack([numpy.interp(x, range(len(RAMP)), RAMP[:, k]) for k in range(3)] + [numpy.ones_like(x)], 1)
-    shown[:, :3] **= 2.2
+    shown[:, :3] = linear(shown[:, :3])
     return shown
 
 

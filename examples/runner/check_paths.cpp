@@ -245,6 +245,30 @@ std::vector<std::string> falls_out(const Scene& scene, Built& built, double end)
   return warnings;
 }
 
+/// Liquid with nothing below it, all of which is gone before the end.
+std::vector<std::string> liquid_falls_out(const Scene& scene, double end) {
+  const std::optional<Fall> fall = open_below(scene.world);
+  if (!fall || scene.fluids.empty() || !scene.emitters.empty() || !scene.force_fields.empty()) return {};
+  double out = 0;
+  for (const SceneFluid& fluid : scene.fluids) {
+    const meltsim::Box box = fluid.desc.shape.bounds();
+    const auto below = [&](const SceneBody& o) { return is_below(o.desc.shape.bounds(), box, *fall); };
+    if (std::any_of(scene.bodies.begin(), scene.bodies.end(), below)) return {};
+    const double way = fall->down < 0
+                           ? along(box.max, fall->axis) - along(scene.world.domain.min, fall->axis)
+                           : along(scene.world.domain.max, fall->axis) - along(box.min, fall->axis);
+    const double g = length(scene.world.gravity), speed = along(fluid.desc.velocity, fall->axis) * fall->down;
+    out = std::max(out, (std::sqrt(std::max(0.0, speed * speed + 2 * g * way)) - speed) / g);
+  }
+  if (!(out < end)) return {};
+  return {fmt::format(
+      "{}: domain.walls: gravity points out of the open face {} and nothing is below the liquid: all of it "
+      "falls out of the domain by t={:.2g} s, before time.end {:g} s; close the face (domain.walls: {{{}: "
+      "wall}}), put a fixed body as a floor below it, or turn solver.gravity",
+      scene.domain.where.empty() ? scene.where : scene.domain.where, face_names[fall->face], out, end,
+      face_names[fall->face])};
+}
+
 }  // namespace
 
 std::vector<std::string> check_paths(const Scene& scene, Built& built, double end) {
@@ -263,6 +287,7 @@ std::vector<std::string> check_paths(const Scene& scene, Built& built, double en
     warnings.push_back(*text);
   }
   for (std::string& warning : falls_out(scene, built, end)) warnings.push_back(std::move(warning));
+  for (std::string& warning : liquid_falls_out(scene, end)) warnings.push_back(std::move(warning));
   return warnings;
 }
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,8 @@ namespace runner {
 namespace {
 
 constexpr double zero_celsius = 273.15;  // K
+// So far above where it melts or boils nothing of a scene is meant to be.
+constexpr double far_above = 100;
 // kg/m^3: light foams and osmium; below them lies what most substances have in g/cm^3, water with 1 among them.
 constexpr double least_density = 10, most_density = 25000;
 constexpr double most_frames = 1e7;
@@ -53,6 +56,7 @@ class Units {
     }
     for (const SceneEmitter& emitter : scene_.emitters)
       check_temperature(emitter.material, emitter.desc.temperature, emitter.source);
+    check_surroundings();
     check_starts();
     check_filling();
     // Of another shape than a mesh, a region may be as large as one likes: it heats what there is.
@@ -99,10 +103,21 @@ class Units {
                      material.source);
     check_kilojoules(material.desc.latent_heat, least_latent_heat, "latent_heat", "J/kg", material.source);
     const double melts = material.desc.melting_point;
-    if (std::abs(melts - zero_celsius) < 0.2) {
+    if (std::abs(melts - zero_celsius) < 0.2 || is_converted(melts)) {
       warn(material.source, "melting_point",
            fmt::format("{:g} degrees Celsius; Kelvin? Then write {:.4g}", melts, melts - zero_celsius));
     }
+    if (material.desc.latent_heat > 0 && !std::isfinite(melts)) {
+      warn(material.source, "latent_heat",
+           "is of no use: it is of melting, and the material has no melting_point; give it one and "
+           "`becomes`, or give latent_heat to the solid that becomes it");
+    }
+  }
+
+  /// 253.15, 1373.15: whole degrees Celsius that were converted to Kelvin.
+  static bool is_converted(double temperature) {
+    const double celsius = temperature - zero_celsius;
+    return temperature > 200 && std::isfinite(celsius) && std::abs(celsius - std::round(celsius)) < 1e-3;
   }
 
   void check_kilojoules(double value, double least, const char* key, const char* unit, const Source& source) {
@@ -118,19 +133,61 @@ class Units {
     return found->desc;
   }
 
-  /// Water far above its boiling point, or a solid far above its melting point, that would be neither in Kelvin.
-  void check_temperature(const std::string& name, double temperature, const Source& source) {
-    constexpr double far = 100;
-    const meltsim::MaterialDesc& desc = material(name);
+  /// Where a solid melts and water boils.
+  static double limit_of(const meltsim::MaterialDesc& desc) {
     const bool watery =
         desc.density > 900 && desc.density < 1100 && desc.heat_capacity > 4000 && desc.heat_capacity < 4400;
-    const double limit = std::isfinite(desc.melting_point) ? desc.melting_point
-                         : watery                          ? 100
-                                                           : meltsim::infinity;
+    return std::isfinite(desc.melting_point) ? desc.melting_point : watery ? 100 : meltsim::infinity;
+  }
+
+  /// Water far above its boiling point, or a solid far above its melting point, that would be neither in Kelvin.
+  void check_temperature(const std::string& name, double temperature, const Source& source) {
+    const double limit = limit_of(material(name));
     const double celsius = temperature - zero_celsius;
-    if (temperature < limit + far || celsius > limit) return;
+    if ((temperature < limit + far_above || celsius > limit) && !is_converted(temperature)) return;
     warn(source, "temperature",
          fmt::format("{} at {:g} degrees Celsius; Kelvin? Then write {:.4g}", name, temperature, celsius));
+  }
+
+  /// What lies around a scene is far above all that melts or boils in it, as hot as nothing else, and would not be in Kelvin. Heaters have
+  /// such temperatures too, but as multiples of 5 degrees, which Kelvin of everyday temperatures (253, 273, 293) are not.
+  void check_surroundings() {
+    double limit = -meltsim::infinity, hottest = -meltsim::infinity;
+    for (const SceneMaterial& m : scene_.materials)
+      if (std::isfinite(limit_of(m.desc))) limit = std::max(limit, limit_of(m.desc));
+    for (const SceneFluid& fluid : scene_.fluids) hottest = std::max(hottest, fluid.desc.temperature);
+    for (const SceneBody& body : scene_.bodies) hottest = std::max(hottest, body.desc.temperature);
+    for (const SceneEmitter& e : scene_.emitters) hottest = std::max(hottest, e.desc.temperature);
+    for (const Node& place : surroundings())
+      for (const char* key : {"temperature", "ambient"})
+        if (const auto given = place.find(key)) check_surrounding(*given, limit, hottest);
+  }
+
+  void check_surrounding(const Node& given, double limit, double hottest) {
+    const double temperature = given.number("degrees Celsius"), celsius = temperature - zero_celsius;
+    const bool heater = std::abs(std::remainder(temperature, 5)) < 1e-9;
+    const bool far = std::isfinite(limit) && temperature >= limit + far_above && celsius <= limit;
+    if (!(far && !heater && temperature > hottest + far_above) && !is_converted(temperature)) return;
+    scene_.warnings.push_back(fmt::format("{}: {}: {:g} degrees Celsius; Kelvin? Then write {:.4g}",
+                                          given.where(), given.path(), temperature, celsius));
+  }
+
+  /// Walls, surfaces and heat regions.
+  std::vector<Node> surroundings() const {
+    std::vector<Node> all;
+    const auto add = [&all](const std::optional<Node>& place) {
+      if (place && place->is_mapping()) all.push_back(*place);
+    };
+    if (const auto heat = root_.find("heat")) {
+      add(heat->find("free_surface"));
+      if (const auto walls = heat->find("walls"))
+        for (const auto& entry : walls->entries()) add(entry.second);
+      if (const auto regions = heat->find("regions"))
+        for (const Node& region : regions->items("regions")) add(region);
+    }
+    if (const auto bodies = root_.find("bodies"))
+      for (const Node& body : bodies->items("bodies")) add(body.find("surface"));
+    return all;
   }
 
   /// A solid that is liquid in the first frame, liquid that is to freeze in it.

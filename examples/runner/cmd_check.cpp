@@ -13,11 +13,15 @@
 #include "check_units.hpp"
 #include "commands.hpp"
 #include "deep_bodies.hpp"
+#include "enclosed_liquid.hpp"
 #include "expect.hpp"
 #include "explicit_heat.hpp"
+#include "failure.hpp"
 #include "freezing.hpp"
+#include "halt.hpp"
 #include "heat_balance.hpp"
 #include "heat_regions.hpp"
+#include "library_error.hpp"
 #include "meltsim/physics/artificial_viscosity.hpp"
 #include "meltsim/physics/flow_curve.hpp"
 #include "meltsim/physics/surface_tension.hpp"
@@ -29,6 +33,7 @@
 #include "show/frame_export.hpp"
 #include "show/programs.hpp"
 #include "stepper.hpp"
+#include "thin_walls.hpp"
 
 namespace runner {
 
@@ -63,6 +68,8 @@ class Check {
     for (const std::string& warning : scene.warnings) warn(warning);
     for (const std::string& warning : missing_mass(scene, built)) warn(warning);
     for (const std::string& warning : deep_bodies(scene)) warn(warning);
+    for (const std::string& warning : thin_walls(scene, built)) warn(warning);
+    for (const std::string& warning : enclosed_liquid(scene, built)) warn(warning);
     for (const std::string& warning : uneven_regions(scene)) warn(warning);
     if (now_.solid > 0)
       for (const std::string& warning : softer_than_asked(built)) warn(warning);
@@ -78,6 +85,7 @@ class Check {
     print_tension();
     print_yield();
     print_time();
+    if (!doubts_.empty()) try_first_step();
     const meltsim::Plan plan = built_.world.plan();
     line("memory", memory_text(built_));
     if (verbose_) print_parts();
@@ -189,11 +197,12 @@ class Check {
                        r.viscous_dt));
       const double needed = std::floor(substep() / r.stable_dt * r.viscous_supersteps);
       if (const int most = scene_.world.max_substeps; needed > most)
-        warn(fmt::format(
-            "viscosity takes at least {:.0f} super-steps of {} stages per sub-step, more than "
-            "solver.max_substeps {}: "
-            "steps will be refused; check viscosity and yield_stress, or use a larger particles.spacing",
-            needed, r.viscous_stages, most));
+        doubt(
+            fmt::format("viscosity takes at least {:.0f} super-steps of {} stages per sub-step, more than "
+                        "solver.max_substeps {}: "
+                        "steps will be refused; raise solver.max_substeps, use a shorter time.dt or a larger "
+                        "particles.spacing, and check viscosity and yield_stress",
+                        needed, r.viscous_stages, most));
       else if (r.viscous_supersteps > 2)
         warn(
             fmt::format("viscosity takes {} sweeps over all neighbours per sub-step; a larger "
@@ -298,7 +307,7 @@ class Check {
       line("", fmt::format("{} sweeps over all neighbours per species and sub-step", sweeps));
       const double taken = std::ceil(sweeps * substep() / built_.world.stable_dt() - 1);
       if (const int most = scene_.world.solute.max_supersteps; taken > most)
-        warn(fmt::format(
+        doubt(fmt::format(
             "species need at least {:.0f} sweeps per sub-step, more than solute.max_supersteps {}: steps "
             "will be refused; "
             "check diffusivity_in and transfer_coefficient, or lower solute.time_scale",
@@ -371,12 +380,6 @@ class Check {
          span + fmt::format("{:.0f} steps of {:.4g} s{}, stable dt {:.4g} s at rest",
                             std::ceil(time.end / dt - 1e-6), dt,
                             substeps > 1 ? fmt::format(" in {:.0f} sub-steps each", substeps) : "", stable));
-    if (substeps > scene_.world.max_substeps)
-      warn(fmt::format(
-          "time.dt: {:g} s needs {:.0f} sub-steps of at most {:.6g} s, more than solver.max_substeps {}; use "
-          "time.dt {:g}",
-          dt, substeps, stable, scene_.world.max_substeps,
-          rounded_down(stable * scene_.world.max_substeps, 2)));
     if (std::abs(dt - wanted) > 1e-9 * wanted) {
       warn(fmt::format("dt {:g} s does not divide the frame interval {:g} s; a run uses {:.6g} s", wanted,
                        frame, dt));
@@ -597,7 +600,10 @@ class Check {
   void measure_steps(double end, double& per_substep, double& substeps) {
     const double dt = timing_dt();
     substeps = std::max(0.0, std::ceil(end / dt - 1e-6));
-    if (!built_.world.step(dt)) return;
+    if (!built_.world.step(dt)) {  // the sub-steps of a run may be shorter
+      if (built_.world.steps() == 0) try_first_step();
+      return;
+    }
     built_.world.synchronize();
     const std::uint64_t before = built_.world.steps();
     const Clock::time_point start = Clock::now();
@@ -612,13 +618,37 @@ class Check {
   }
 
   void warn(const std::string& text) { warnings_.push_back(text); }
+  /// Of steps that a run is likely to refuse.
+  void doubt(const std::string& text) {
+    doubts_.push_back(text);
+    warn(text);
+  }
+
+  /// [s] The first step of a run.
+  double first_dt() const {
+    const double stable = built_.world.stable_dt(), frame = 1 / scene_.time.fps;
+    if (scene_.time.adaptive) return std::min({stable, frame, scene_.time.dt.value_or(frame)});
+    return fixed_frame_dt(0, frame, scene_.time.dt.value_or(automatic_dt(stable, frame)));
+  }
+
+  /// Fails as a run does where its first step is refused. One that is taken is work for nothing: what is certain is asked for alone.
+  void try_first_step() {
+    const meltsim::Status status = built_.world.step(first_dt());
+    if (status) return;
+    std::fflush(stdout);
+    for (const std::string& warning : warnings_)
+      if (std::count(doubts_.begin(), doubts_.end(), warning) == 0) fmt::print("warning: {}\n", warning);
+    throw Failure(exit_code(status.error().code),
+                  fmt::format("{}: a run is refused at its first step: {}", scene_.file,
+                              refusal_text(scene_, status.error().message)));
+  }
 
   const Scene& scene_;
   Built& built_;
   meltsim::StepResult now_;
   std::optional<HeatBalance> balance_;
   bool verbose_;
-  std::vector<std::string> warnings_;
+  std::vector<std::string> warnings_, doubts_;
 };
 
 }  // namespace
@@ -632,6 +662,7 @@ int cmd_check(const SceneOptions& options, const MachineOptions& machine, bool v
   built.probes =
       add_probes(built.world, built.body_ids, scene);  // they are checked, and cost what they cost in a run
   built.start_bytes = built.world.plan().bytes;
+  refuse_long_dt(scene, built.world);
   Check(scene, built, verbose).print();
   return 0;
 }

@@ -7,6 +7,7 @@
 #include "commands.hpp"
 #include "failure.hpp"
 #include "files.hpp"
+#include "halt.hpp"
 #include "load_scene.hpp"
 #include "numbers.hpp"
 #include "resolution.hpp"
@@ -59,19 +60,6 @@ std::optional<RunDirectory> existing_directory(const RunOptions& options) {
 
 RunDirectory new_directory(const Scene& scene, const RunOptions& options) {
   return options.out.empty() ? new_run_directory(scene.name) : named_run_directory(options.out);
-}
-
-/// The library refuses a step that needs too many sub-steps; said before anything is written.
-void check_dt(const Scene& scene, const Built& built) {
-  if (scene.time.adaptive || !scene.time.dt) return;
-  const double dt = fixed_frame_dt(0, 1 / scene.time.fps, *scene.time.dt), stable = built.world.stable_dt();
-  const double substeps = std::ceil(dt / stable - 1e-9);
-  if (substeps <= scene.world.max_substeps) return;
-  throw Failure(ExitCode::scene,
-                fmt::format("{}: time.dt: {:g} s needs {:.0f} sub-steps of at most {:.6g} s, more than "
-                            "solver.max_substeps {}; use time.dt {:g}, or stepping: adaptive",
-                            scene.time.dt_where, *scene.time.dt, substeps, stable, scene.world.max_substeps,
-                            rounded_down(stable * scene.world.max_substeps, 2)));
 }
 
 /// Settings chosen for an error, and what they were chosen from.
@@ -189,7 +177,7 @@ int run_scene(const RunOptions& options, Log& log) {
   }
   if (options.resume) take_settings(scene, settings_of_run(options.out), log);
   Built built = build(scene, options, log);
-  if (!budget) check_dt(scene, built);
+  if (!budget) refuse_long_dt(scene, built.world);
   if (!options.steps && !options.resume)
     for (std::string& warning : check_paths(scene, built, scene.time.end))
       scene.warnings.push_back(std::move(warning));

@@ -4,9 +4,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <utility>
 
 #include "explicit_heat.hpp"
+#include "failure.hpp"
 #include "numbers.hpp"
+#include "stepper.hpp"
 
 namespace runner {
 
@@ -16,9 +20,50 @@ std::string halt_text(const std::string& reason) {
                                                                               : reason;
 }
 
+namespace {
+
+/// Temperatures that a liquid has at the start, or comes with [degrees Celsius].
+std::pair<double, double> start_temperatures(const Scene& scene, const std::string& material) {
+  std::pair<double, double> range{meltsim::infinity, -meltsim::infinity};
+  const auto see = [&range](double t) { range = {std::min(range.first, t), std::max(range.second, t)}; };
+  for (const SceneFluid& fluid : scene.fluids)
+    if (fluid.material == material) see(fluid.desc.temperature);
+  for (const SceneEmitter& emitter : scene.emitters)
+    if (emitter.material == material) see(emitter.desc.temperature);
+  for (const SceneMaterial& solid : scene.materials)
+    if (solid.becomes == material && std::isfinite(solid.desc.melting_point)) see(solid.desc.melting_point);
+  return range;
+}
+
+/// What a scene can do beside what the library advises where too many sub-steps or super-steps are needed.
+std::string viscosity_advice(const Scene& scene, const std::string& message) {
+  if (message.find("more than max_substeps") == std::string::npos) return "";
+  const bool implicit = message.find("viscosity needs") != std::string::npos;
+  if (!implicit && scene.world.viscosity != meltsim::Viscosity::explicit_) return "";
+  std::string text =
+      implicit ? "" : "; where it is viscosity that limits sub-steps, solver.viscosity: implicit";
+  for (const SceneMaterial& m : scene.materials) {
+    const auto& points = m.desc.viscosity_points;
+    const auto most = std::max_element(points.begin(), points.end(),
+                                       [](const auto& a, const auto& b) { return a.value < b.value; });
+    const auto [coldest, hottest] = start_temperatures(scene, m.desc.name);
+    if (most == points.end() || !(coldest <= hottest)) continue;
+    if (most->temperature >= coldest && most->temperature <= hottest) continue;
+    const std::string here =
+        coldest < hottest ? fmt::format("{:g} to {:g} C", coldest, hottest) : fmt::format("{:g} C", coldest);
+    text += fmt::format(
+        "; of materials.{}.viscosity the largest value counts, {:g} Pa s at {:g} C, which nothing has at the "
+        "start ({}): cap the table",
+        m.desc.name, most->value, most->temperature, here);
+  }
+  return text;
+}
+
+}  // namespace
+
 std::string refusal_text(const Scene& scene, const std::string& message) {
   const std::string call = "set_motion: body \"";
-  if (message.compare(0, call.size(), call) != 0) return message;
+  if (message.compare(0, call.size(), call) != 0) return message + viscosity_advice(scene, message);
   for (const SceneBody& body : scene.bodies) {
     const std::string named = call + body.desc.name + "\": ";
     if (body.desc.name.empty() || message.compare(0, named.size(), named) != 0) continue;
@@ -26,6 +71,18 @@ std::string refusal_text(const Scene& scene, const std::string& message) {
                        message.substr(named.size()));
   }
   return message.substr(call.size() - 6);
+}
+
+void refuse_long_dt(const Scene& scene, const meltsim::World& world) {
+  if (scene.time.adaptive || !scene.time.dt) return;
+  const double dt = fixed_frame_dt(0, 1 / scene.time.fps, *scene.time.dt), stable = world.stable_dt();
+  const double substeps = std::ceil(dt / stable - 1e-9);
+  if (substeps <= scene.world.max_substeps) return;
+  throw Failure(ExitCode::scene,
+                fmt::format("{}: time.dt: {:g} s needs {:.0f} sub-steps of at most {:.6g} s, more than "
+                            "solver.max_substeps {}; use time.dt {:g}, or stepping: adaptive",
+                            scene.time.dt_where, *scene.time.dt, substeps, stable, scene.world.max_substeps,
+                            rounded_down(stable * scene.world.max_substeps, 2)));
 }
 
 namespace {

@@ -15,6 +15,9 @@ std::string halt_text(const std::string& reason);
 /// Why a step was refused, with the body of the scene that it is about instead of the library's call.
 std::string refusal_text(const Scene& scene, const std::string& message);
 
+/// Fails where the library will refuse the scene's step, since it needs too many sub-steps: said before anything is written.
+void refuse_long_dt(const Scene& scene, const meltsim::World& world);
+
 /// What to change after it halted in a step of `dt` [s]. Of a World with particles `coarseness` times as large as those of the scene
 /// the step to try is that of the scene.
 std::string halt_advice(const Scene& scene, meltsim::World& world, const meltsim::StepResult& result,

@@ -238,8 +238,11 @@ std::string heat_balance_text(const HeatBalance& balance, const std::string& oth
   if (!balance.liquid && !balance.bodies)
     return fmt::format("melting takes {:.3g} J, {}", balance.needed,
                        others.empty() ? "and nothing here brings heat" : "which has to come from " + others);
-  return fmt::format("{}: in the end {} at {:.3g} C{}", start_text(balance), end_text(balance),
-                     balance.end_temperature, others.empty() ? "" : "; not counted: " + others);
+  const std::string end = fmt::format("{} at {:.3g} C", end_text(balance), balance.end_temperature);
+  if (others.empty()) return fmt::format("{}: in the end {}", start_text(balance), end);
+  // What is left out may turn the end round: ice that would melt grows at a cold wall.
+  return fmt::format("{}: liquid and bodies by themselves come to an end where {}; not counted: {}",
+                     start_text(balance), end, others);
 }
 
 double emitted_volume(const Scene& scene, const meltsim::EmitterDesc& desc) {

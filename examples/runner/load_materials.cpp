@@ -15,7 +15,17 @@ namespace runner {
 
 namespace {
 
+/// What is no key because it is in the points of another.
+void refuse_expansion(const Node& node) {
+  for (const char* key : {"thermal_expansion", "thermal_expansion_coefficient", "expansion_coefficient"})
+    if (const auto given = node.find(key))
+      given->fail(
+          "no key; what expands has a density by temperature, density: [[T1, rho1], [T2, rho2], ...] "
+          "(degrees Celsius, kg/m^3)");
+}
+
 SceneMaterial load_material(const std::string& name, const Node& node) {
+  refuse_expansion(node);
   SceneMaterial material;
   material.source = node.source();
   meltsim::MaterialDesc& desc = material.desc;

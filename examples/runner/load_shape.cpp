@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <numeric>
 #include <tuple>
@@ -104,13 +105,14 @@ SceneShape load_blend(const Node& node) {
   return {Shape::blend(std::move(parts), width), {{"ellipsoids", list}, {"width", width}}};
 }
 
-/// Edges that an odd number of triangles share. Vertices at the same place are one: many files repeat them.
-std::size_t open_edges(const meltsim::TriangleMesh& mesh) {
+/// Edges that an odd number of triangles share. Vertices at the same place, or in the same cell [m], are one: many files repeat them.
+std::size_t open_edges(const meltsim::TriangleMesh& mesh, double cell = 0) {
   std::vector<std::uint32_t> order(mesh.vertices.size()), same(mesh.vertices.size());
   std::iota(order.begin(), order.end(), 0u);
-  const auto key = [&mesh](std::uint32_t i) {
+  const auto key = [&mesh, cell](std::uint32_t i) {
     const Vec3d& v = mesh.vertices[i];
-    return std::make_tuple(v.x, v.y, v.z);
+    if (!(cell > 0)) return std::make_tuple(v.x, v.y, v.z);
+    return std::make_tuple(std::round(v.x / cell), std::round(v.y / cell), std::round(v.z / cell));
   };
   std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
   for (std::size_t i = 0; i < order.size(); ++i)
@@ -128,6 +130,18 @@ std::size_t open_edges(const meltsim::TriangleMesh& mesh) {
     open += (end - begin) % 2;
   }
   return open;
+}
+
+/// Where most gaps are a rounding wide, no hole is to be closed.
+std::string cure_of_open(const meltsim::TriangleMesh& mesh, std::size_t open) {
+  constexpr double rounding = 1e-5;  // of the mesh's size: files of six digits are off by a tenth of it
+  Vec3d low = mesh.vertices.front(), high = low;
+  for (const Vec3d& v : mesh.vertices) {
+    low = {std::min(low.x, v.x), std::min(low.y, v.y), std::min(low.z, v.z)};
+    high = {std::max(high.x, v.x), std::max(high.y, v.y), std::max(high.z, v.z)};
+  }
+  if (2 * open_edges(mesh, rounding * length(high - low)) > open) return "close the holes";
+  return "merge its vertices by distance: most of these edges lie beside another, with a gap as of rounding";
 }
 
 std::uint64_t hash_of(const meltsim::TriangleMesh& mesh) {
@@ -148,9 +162,8 @@ SceneShape load_mesh(const Node& node) {
   if (const std::size_t open = open_edges(*mesh); open > 0) {
     shape.warnings.push_back(
         fmt::format("{}: {}: the mesh is open: {} of its edges belong to one triangle only; what is inside "
-                    "is a guess there, so close "
-                    "the holes",
-                    node.where(), node.path(), open));
+                    "is a guess there, so {}",
+                    node.where(), node.path(), open, cure_of_open(*mesh, open)));
   }
   shape.mesh = hash_of(*mesh);
   shape.shape = Shape::mesh(std::move(*mesh));

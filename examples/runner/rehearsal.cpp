@@ -41,11 +41,30 @@ double smallest_body(Built& built) {
   return least;
 }
 
-/// How much coarser: as far as the work asks for and bodies and nozzles allow.
+/// Periodic axes and walls may be so many support radii long at least, and a spacing that fits the domain is up to so much larger than the one
+/// that was asked for.
+double coarseness_of_domain(const Scene& scene, Built& built) {
+  constexpr double periodic = 3, walls = 2, fitting = 1.13;
+  const meltsim::DomainDesc& domain = scene.world.domain;
+  if (!domain.bounded) return meltsim::infinity;
+  const meltsim::Vec3d size = domain.max - domain.min;
+  const double extents[] = {size.x, size.y, size.z}, support = built.world.resolved().support_radius;
+  double most = meltsim::infinity;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const meltsim::Face low = domain.faces[2 * axis], high = domain.faces[2 * axis + 1];
+    if (low == meltsim::Face::open || high == meltsim::Face::open) continue;
+    const double radii = low == meltsim::Face::periodic ? periodic : walls;
+    most = std::min(most, extents[axis] / (radii * support * fitting));
+  }
+  return most;
+}
+
+/// How much coarser: as far as the work asks for and the domain, bodies and nozzles allow.
 double coarseness(const Scene& scene, Built& built) {
   const double substeps = scene.time.end / built.world.stable_dt();
   const double work = count(built.world.synchronize()) * substeps;
-  double most = std::cbrt(smallest_body(built) / least_particles);
+  double most =
+      std::min(std::cbrt(smallest_body(built) / least_particles), coarseness_of_domain(scene, built));
   for (const SceneEmitter& emitter : scene.emitters)
     most = std::min(most, least_radius(emitter.desc) / scene.world.spacing);
   const double wanted =

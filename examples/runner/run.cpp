@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "deep_bodies.hpp"
+#include "enclosed_liquid.hpp"
 #include "expect.hpp"
 #include "failure.hpp"
 #include "files.hpp"
@@ -17,6 +18,7 @@
 #include "missing_mass.hpp"
 #include "resumed_scene.hpp"
 #include "scene_json.hpp"
+#include "thin_walls.hpp"
 
 namespace runner {
 
@@ -89,6 +91,8 @@ void Run::resolve_dt() {
 void Run::begin() {
   for (const std::string& warning : missing_mass(scene_, built_)) log_.warn(warning);
   for (const std::string& warning : deep_bodies(scene_)) log_.warn(warning);
+  for (const std::string& warning : thin_walls(scene_, built_)) log_.warn(warning);
+  for (const std::string& warning : enclosed_liquid(scene_, built_)) log_.warn(warning);
   for (const std::string& warning : nothing_to_freeze_onto(scene_)) log_.warn(warning);
   for (const std::string& warning : uneven_regions(scene_)) log_.warn(warning);
   recorder_.emplace(scene_, directory_, built_, frames_until(planned_end()), nullptr, wants_still(),

@@ -40,6 +40,17 @@ Error file_error(const std::string& path, const std::string& what) {
   return {ErrorCode::invalid_argument, "mesh file '" + path + "': " + what};
 }
 
+/// What a file is that begins as none of the formats read here does, and what to do; or nothing.
+std::string known_other(std::string_view bytes, const std::string& why_not) {
+  const auto begins = [bytes](std::string_view with) { return bytes.substr(0, with.size()) == with; };
+  const std::string convert = "; convert the mesh to OBJ, STL or PLY (" + why_not + ")";
+  if (begins("glTF")) return "the file is a binary glTF" + convert;
+  if (begins("Kaydara FBX Binary") || begins("; FBX")) return "the file is FBX" + convert;
+  if (begins("\x1f\x8b")) return "the file is compressed with gzip; unpack it (gunzip)";
+  if (begins("PK\3\4")) return "the file is a ZIP archive; unpack it";
+  return {};
+}
+
 Result<std::string> read_bytes(const std::string& path) {
   std::error_code problem;
   const auto kind = std::filesystem::status(path, problem).type();
@@ -73,9 +84,8 @@ Result<TriangleMesh> read_any_mesh(const MeshSource& source) {
   if (text && looks_like_obj(source.bytes)) return read_obj(source);
   std::string why_not;
   if (auto other = read_other(source, why_not)) return *std::move(other);
-  if (source.bytes.substr(0, 4) == "glTF")
-    return source.error({FilePlace::byte, 0},
-                        "the file is a binary glTF; convert the mesh to OBJ, STL or PLY (" + why_not + ")");
+  if (const std::string known = known_other(source.bytes, why_not); !known.empty())
+    return source.error({FilePlace::byte, 0}, known);
   if (!text) return read_stl_binary(source);  // reports what does not fit
   // Quotes nothing: a path given by mistake, or to a service, may name any file.
   return source.error(

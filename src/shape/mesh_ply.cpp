@@ -22,12 +22,25 @@ class BodyReader {
       : source_(source), header_(header), values_(source, header) {}
 
   Result<TriangleMesh> read() {
+    if (Status s = refuse_strips(); !s) return s.error();
     for (const PlyElement& element : header_.elements)
       if (Status s = elements(element); !s) return s.error();
     return mesh_.finish(values_.place());
   }
 
  private:
+  /// Meshes of strips alone would be said to have no triangles.
+  Status refuse_strips() const {
+    const PlyElement* strips = nullptr;
+    for (const PlyElement& element : header_.elements) {
+      if (element.name == "face" && element.count > 0) return {};
+      if (element.name == "tristrips") strips = &element;
+    }
+    if (strips == nullptr) return {};
+    return source_.error(strips->declared,
+                         "the faces are triangle strips ('tristrips'), which are not read; export triangles");
+  }
+
   Status elements(const PlyElement& element) {
     // Without properties nothing is stored, and a large count alone must not cost time.
     if (element.properties.empty() && element.name != "vertex" && element.name != "face") return {};

@@ -181,6 +181,33 @@ TEST_F(MeshFile, ABinaryGltfIsNoStl) {
       << m.error().message;
 }
 
+// Of what is packed or known by its first bytes the message says what it is; cut off, no reader takes it.
+TEST_F(MeshFile, PackedFilesAndFbxAreNamed) {
+  const std::string rest(200, '\0');
+  const std::pair<std::string, std::string> files[] = {
+      {"\x1f\x8b\x08" + rest, "the file is compressed with gzip; unpack it (gunzip)"},
+      {"PK\3\4" + rest, "the file is a ZIP archive; unpack it"},
+      {"Kaydara FBX Binary  " + rest, "the file is FBX; convert the mesh to OBJ, STL or PLY ("},
+      {"; FBX 7.3.0 project file\n", "the file is FBX; convert the mesh to OBJ, STL or PLY ("}};
+  for (const auto& [bytes, said] : files) {
+    std::ofstream(path("t.obj"), std::ios::binary) << bytes;
+    const Result<TriangleMesh> m = read_mesh(path("t.obj"));
+    ASSERT_FALSE(m) << said;
+    EXPECT_NE(m.error().message.find(said), std::string::npos) << m.error().message;
+  }
+}
+
+TEST_F(MeshFile, StripsOfTrianglesAreRefusedByName) {
+  std::ofstream(path("t.ply"))
+      << "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+         "property float z\nelement tristrips 1\nproperty list int int vertex_indices\n"
+         "end_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+  const Result<TriangleMesh> m = read_mesh(path("t.ply"));
+  ASSERT_FALSE(m);
+  EXPECT_NE(m.error().message.find("('tristrips'), which are not read; export triangles"), std::string::npos)
+      << m.error().message;
+}
+
 TEST_F(MeshFile, OtherFormatsGoThroughAssimp) {
   std::ofstream(path("t.gltf")) << gltf();
   const Result<TriangleMesh> m = read_mesh(path("t.gltf"));

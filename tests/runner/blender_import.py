@@ -24,6 +24,9 @@ try:
 except ImportError:
     bpy = None
 
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+from png_reader import linear  # noqa: E402
+
 arguments = sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else sys.argv[1:]
 if bpy is None and shutil.which("blender"):  # the whole test runs in it
     sys.exit(subprocess.call(["blender", "--background", "--factory-startup", "--python-exit-code", "1", "--python", os.path.abspath(__file__),
@@ -242,13 +245,13 @@ def shows_colors(folder):
     assert socket(shader, "Transmission Weight", "Transmission").default_value == 1 and abs(socket(shader, "IOR").default_value - 1.333) < 1e-6
     assert [m.name for m in solid.data.materials] == ["meltsim ice", "meltsim colored solid"]
     color, body = values_of(solid.data, "tint", 4, "color"), reader.read(reader.Run(done).file("solid", 0))[0]["body"]
-    assert set(body) == {0, 1} and np.allclose(color[body == 0, :3], np.array([0.8, 0.5, 0.1]) ** 2.2, atol=1e-4)
+    assert set(body) == {0, 1} and np.allclose(color[body == 0, :3], np.array([linear(c) for c in (0.8, 0.5, 0.1)]), atol=1e-4)
     for polygon in solid.data.polygons:
         assert polygon.material_index == (body[polygon.vertices[0]] == 0)
     dyed = run(folder / "dyed", "--set", "materials.water.color=[0.1, 0.2, 0.9]", "--set", "bodies[0].visible=false", frames=0)
     (liquid,) = reader.import_frame(str(dyed), 0)  # the scene hides its body
     assert [m.name for m in liquid.data.materials] == ["meltsim dyed liquid"]
-    assert np.allclose(values_of(liquid.data, "tint", 4, "color")[:, :3], np.array([0.1, 0.2, 0.9]) ** 2.2, atol=1e-4)
+    assert np.allclose(values_of(liquid.data, "tint", 4, "color")[:, :3], np.array([linear(c) for c in (0.1, 0.2, 0.9)]), atol=1e-4)
     assert (values_of(liquid.data, "clear", 1, "value") == 0).all()
     read = {n.attribute_name for m in bpy.data.materials for n in m.node_tree.nodes if n.type == "ATTRIBUTE"}
     assert read == {"clear", "tint"}, read  # Cycles reads 0 of what is called as an attribute of volumes is: color, temperature, velocity, density

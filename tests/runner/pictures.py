@@ -24,7 +24,7 @@ from pathlib import Path
 
 sys.path.insert(0, os.path.dirname(__file__))
 from mesh_reader import read_glb, read_mesh, read_obj  # noqa: E402
-from png_reader import read_png  # noqa: E402
+from png_reader import linear, read_png  # noqa: E402
 
 PROGRAM, SCENE, PART = str(Path(sys.argv[1]).resolve()), str(Path(sys.argv[2]).resolve()), sys.argv[3]
 MELT = ["--set", "heat.time_scale=1e7", "--set", "time.end_when=melted", "--set", "time.end=20"]
@@ -117,7 +117,7 @@ class Own(Pictures):
             self.assertEqual((name, by_vertex), ("water" if options else "liquid", False))
             extensions = glb["liquid"]["materials"][name].get("extensions")
             if options:
-                for c, wanted in zip(factor, (0.8 ** 2.2, 0.1 ** 2.2, 0.1 ** 2.2, 1)):
+                for c, wanted in zip(factor, (linear(0.8), linear(0.1), linear(0.1), 1)):
                     self.assertAlmostEqual(c, wanted, places=6)
                 self.assertIsNone(extensions)
             else:
@@ -150,7 +150,7 @@ class Own(Pictures):
     def test_gltf_shows_temperatures_where_pictures_do(self):
         self.run_scene("--frames", "0", "--export", "glb,surface", "--set", "output.picture.look=temperature")
         nodes = read_glb(self.frame("surface_00000.glb"))
-        for name, temperature, blue in (("liquid", 40, None), ("solid", -10, 0.14 ** 2.2)):
+        for name, temperature, blue in (("liquid", 40, None), ("solid", -10, linear(0.14))):
             self.assertEqual([(part[0], part[2]) for part in nodes[name]["parts"]], [(name, True)])
             self.assertTrue(all(abs(row[0] - temperature) < 1e-3 for row in nodes[name]["_TEMPERATURE"]))
             red = nodes[name]["COLOR_0"][0][0]
@@ -329,7 +329,7 @@ class Own(Pictures):
         self.assertEqual([(name, by_vertex) for name, _, by_vertex, _ in liquid["parts"]], [("dyed", True)])
         for color in liquid["COLOR_0"]:
             for c, coffee, milk in zip(color, (0.05, 0.03, 0.01), (0.95, 0.93, 0.88)):
-                self.assertAlmostEqual(c, 0.1 * coffee ** 2.2 + 0.9 * milk ** 2.2, places=4)
+                self.assertAlmostEqual(c, 0.1 * linear(coffee) + 0.9 * linear(milk), places=4)
         # The mixture stands in the files of the surface, and nothing of it where a scene has no species.
         self.assertIn(b"property float w_milk\n", Path(self.frame("liquid_00001.ply")).read_bytes())
         self.assertNotIn(b"w_milk", Path(self.frame("solid_00001.ply")).read_bytes())

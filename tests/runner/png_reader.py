@@ -46,3 +46,13 @@ def read_png(path):
         raw.append([tuple(line[i:i + 3]) for i in range(0, len(line), size)])
         before = line
     return width, height, raw
+
+
+def linear(shown):
+    """The transfer function of sRGB: what a monitor shows, as linear light."""
+    return shown / 12.92 if shown <= 0.04045 else ((shown + 0.055) / 1.055) ** 2.4
+
+
+def monitor(light):
+    """Its inverse."""
+    return 12.92 * light if light <= 0.0031308 else 1.055 * light ** (1 / 2.4) - 0.055

@@ -21,7 +21,7 @@ import zlib
 from pathlib import Path
 
 sys.path.insert(0, os.path.dirname(__file__))
-from png_reader import read_png  # noqa: E402
+from png_reader import linear, monitor, read_png  # noqa: E402
 
 PROGRAM, SCENE, PART = str(Path(sys.argv[1]).resolve()), str(Path(sys.argv[2]).resolve()), sys.argv[3]
 BROWSER = next((found for name in ("chromium", "chromium-browser", "google-chrome") if (found := shutil.which(name))),
@@ -115,7 +115,7 @@ class Data(Page):
                 self.assertEqual(run["materials"][material]["name"], "ice" if phase == 1 else "water")
 
     def test_mixtures_have_mixed_colours(self):
-        """Half milk: 16 of the 31 steps that a content has. Light adds up: (x^2.2 + y^2.2)/2, then back."""
+        """Half milk: 16 of the 31 steps that a content has. Light adds up: as linear light (sRGB), then back."""
         milk = "{dissolves_in: water, diffusivity_in: 1e-9, color: [1, 0.9, 0.8]}"
         self.run_scene("--frames", "1", "--set", "materials.milk=" + milk, "--set", "materials.water.color=[0.2, 0.1, 0.05]",
                        "--set", "fluids[0].fractions={milk: 0.5}")
@@ -128,7 +128,7 @@ class Data(Page):
         self.assertEqual(run["materials"][mixtures[0]["of"]]["name"], "water")
         for shown, a, b in zip(mixtures[0]["color"], (1, 0.9, 0.8), (0.2, 0.1, 0.05)):
             share = 16 / 31
-            self.assertAlmostEqual(shown / 255, (share * a ** 2.2 + (1 - share) * b ** 2.2) ** (1 / 2.2), delta=0.51 / 255)
+            self.assertAlmostEqual(shown / 255, monitor(share * linear(a) + (1 - share) * linear(b)), delta=0.51 / 255)
 
     def test_solids_without_a_colour_have_those_of_pictures(self):
         """Pictures colour bodies one after another; a material has the colour of its first body."""
@@ -139,7 +139,7 @@ class Data(Page):
         materials = {m["name"]: m for m in unpacked(self.page)[0]["materials"]}
         for name, light in (("ice", (0.66, 0.80, 0.90)), ("clay", (0.64, 0.15, 0.10))):  # the first and the third
             self.assertIsNone(materials[name]["color"])
-            self.assertEqual(materials[name]["solid"], [round(255 * c ** (1 / 2.2)) for c in light])
+            self.assertEqual(materials[name]["solid"], [round(255 * monitor(c)) for c in light])
         self.assertEqual((materials["wax"]["color"], "solid" in materials["wax"], "solid" in materials["water"]), ([255, 128, 0], False, False))
 
     def test_nothing_to_see_makes_a_page(self):

@@ -537,7 +537,7 @@ TEST(Shapes, LiquidOfAColourIsTakenFromTheClearOne) {
   // Cut between the two kinds of corners, and of the one colour there is.
   for (const std::uint32_t v : split.paint.triangles) {
     EXPECT_LT(split.paint.position[v].z, 0.999f);
-    EXPECT_NEAR(split.paint.color[v].x, std::pow(0.5, 2.2), 1e-5);
+    EXPECT_NEAR(split.paint.color[v].x, linear(0.5), 1e-5);
     EXPECT_NEAR(split.paint.color[v].z, 0, 1e-6);
   }
   for (const std::uint32_t v : split.liquid.triangles) EXPECT_GT(split.liquid.position[v].z, -0.999f);

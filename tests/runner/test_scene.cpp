@@ -302,6 +302,39 @@ TEST(Scene, WarnsOfASoundSlowerThanTheFall) {
   EXPECT_EQ(warning_of({"solver.sound_speed=5", "solver.gravity=[0, 0, 0]"}), "");
 }
 
+// Kelvin of everyday temperatures around a scene of ice and water; a heater of 250 C is none, and nor is what is as hot as the scene.
+TEST(Scene, WarnsOfKelvinInWallsSurfacesAndRegions) {
+  const std::string said = ": 253 degrees Celsius; Kelvin? Then write -20.15";
+  EXPECT_EQ(
+      warning_of({"heat.walls={-y: {temperature: 253}}"}).find("--set heat.walls={-y: {temperature: 253}}: "),
+      0u);
+  for (const char* set :
+       {"heat.walls={-y: {temperature: 253}}", "heat.free_surface={convection: 10, ambient: 253}",
+        "bodies[0].surface={convection: 10, ambient: 253}",
+        "heat.regions=[{shape: {box: [[0, 0, 0], [1, 1, 1]]}, temperature: 253}]"})
+    EXPECT_NE(warning_of({set}).find(said), std::string::npos) << set << " " << warning_of({set});
+  for (const char* set : {"heat.walls={-y: {temperature: 250}}", "heat.walls={-y: {temperature: -20}}",
+                          "heat.walls={-y: {temperature: 853}}"})
+    EXPECT_EQ(warning_of({set}), "") << set;
+  // Whole degrees that were converted are told by their .15 in a scene of hot metal, too.
+  const std::string metal = "materials.ice={density: 2400, melting_point: 1070, becomes: water}";
+  EXPECT_EQ(warning_of({metal, "heat.walls={-y: {temperature: 853}}"}), "");
+  EXPECT_NE(warning_of({metal, "heat.walls={-y: {temperature: 293.15}}"}).find("Then write 20"),
+            std::string::npos);
+  EXPECT_NE(warning_of({"materials.ice={density: 2400, melting_point: 1343.15, becomes: water}"})
+                .find("melting_point: 1343.15 degrees Celsius; Kelvin? Then write 1070"),
+            std::string::npos);
+}
+
+TEST(Scene, WarnsOfALatentHeatThatIsOfNoUse) {
+  EXPECT_EQ(warning_of({"materials.water.latent_heat=3.34e5"}),
+            "--set materials.water.latent_heat=3.34e5: materials.water.latent_heat: is of no use: it is of "
+            "melting, "
+            "and the material has no melting_point; give it one and `becomes`, or give latent_heat to the "
+            "solid that "
+            "becomes it");
+}
+
 TEST(Scene, CountsTheOpenEdgesOfAMesh) {
   const std::string path = testing::TempDir() + "open_cube.obj";
   std::string cube;
@@ -327,6 +360,17 @@ TEST(Scene, CountsTheOpenEdgesOfAMesh) {
   }
   write_file(path, apart);
   EXPECT_EQ(warning_of(mesh), "");
+  // And with the last face off by a rounding: there is no hole to close.
+  const std::size_t last = apart.rfind("v 1 0 0");
+  std::string off = apart.substr(last);
+  for (std::size_t at = off.find("v 1 "); at != std::string::npos; at = off.find("v 1 ", at + 1))
+    off.replace(at, 3, "v 1.000001");
+  write_file(path, apart.substr(0, last) + off);
+  EXPECT_NE(warning_of(mesh).find(
+                "the mesh is open: 8 of its edges belong to one triangle only; what is inside is a "
+                "guess there, so merge its vertices by distance: "),
+            std::string::npos)
+      << warning_of(mesh);
 }
 
 TEST(Scene, LiquidsComeBeforeWhatBecomesThem) {

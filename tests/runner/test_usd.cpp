@@ -170,6 +170,43 @@ TEST(Usd, SurfacesOfNeighbouringFramesHaveDifferentNumbersOfVertices) {
   }
 }
 
+// Between two frames points stay, and readers interpolate extents: that of a frame bounds the one before, too.
+TEST(Usd, ExtentsBoundTheFrameBefore) {
+  const runner::UsdRun run = run_of();
+  const char* const liquid = "def Mesh \"liquid\"";
+  runner::FrameShapes moved = shapes();
+  for (meltsim::Vec3f& x : moved.liquid.position) x = x + meltsim::Vec3f{2, 0, 0};
+  const runner::UsdBounds before = runner::usd_bounds(run, particles(), shapes());
+  std::string text = runner::usd_text(run, 7, 1.25, particles(), moved, before);
+  EXPECT_EQ(array(text, liquid, "float3[] extent"), "(0, 1, 0), (3, 1.5, 0)");
+  // What a resumed run knows of the frame before is its text.
+  text = runner::usd_text(run, 7, 1.25, particles(), moved, runner::usd_bounds_in(text_of(run)));
+  EXPECT_EQ(array(text, liquid, "float3[] extent"), "(0, 1, 0), (3, 1.5, 0)");
+  EXPECT_EQ(array(text, "def Points \"particles\"", "float3[] extent"),
+            "(0.98, 1.98, 2.48), (1.12, 2.27, 3.02)");
+  // A surface that has vanished, and one that never was: no numbers at the end of what a float holds.
+  text = runner::usd_text(run, 7, 1.25, {}, {}, before);
+  EXPECT_EQ(array(text, liquid, "float3[] extent"), "(0, 1, 0), (1, 1.5, 0)");
+  EXPECT_EQ(array(text, "def Mesh \"solid\"", "float3[] extent"), "(0, 0, 0), (0, 0, 0)");
+}
+
+// IEC 61966-2-1, not a power of 2.2: dark colours differ by more than half, 0.1 is 0.0100 and not 0.0063.
+TEST(Usd, ColoursAreLinearLightBySrgb) {
+  for (const auto& [shown, light] :
+       {std::pair<double, double>{0, 0}, {0.04, 0.0030960}, {0.1, 0.0100228}, {0.5, 0.2140411}, {1, 1}}) {
+    EXPECT_NEAR(runner::linear(shown), light, 1e-6) << shown;
+    EXPECT_NEAR(runner::monitor(light), shown, 1e-5) << light;
+  }
+  runner::Scene scene;
+  scene.materials.resize(1);
+  scene.output.looks = {{"paint", runner::Rgb{0.5, 0.1, 1}}};
+  scene.bodies.resize(1);
+  scene.bodies[0].material = "paint";
+  runner::UsdRun run;
+  run.looks = runner::part_looks(scene, {});
+  EXPECT_TRUE(holds(text_of(run), "inputs:diffuseColor = (0.214, 0.01002, 1)\n"));
+}
+
 TEST(Usd, TemperaturesAreColoursWherePicturesHaveThem) {
   runner::UsdRun run = run_of();
   runner::PictureWish wish;

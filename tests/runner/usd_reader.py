@@ -50,7 +50,8 @@ def check_frame(path, index):
         # Particles reach half a width around their places.
         low = [min(p[k] for p in points.GetPointsAttr().Get(index)) for k in range(3)]
         extent, half = points.GetExtentAttr().Get(index), points.GetWidthsAttr().Get(index)[0] / 2
-        assert all(abs(extent[0][k] - (low[k] - half)) < 1e-6 for k in range(3))
+        assert all(extent[0][k] < low[k] - half + 1e-6 for k in range(3))
+        assert index > 0 or all(abs(extent[0][k] - (low[k] - half)) < 1e-6 for k in range(3))
     for name in SURFACES:
         mesh = UsdGeom.Mesh(stage.GetPrimAtPath(f"/meltsim/{name}"))
         attributes = (mesh.GetPointsAttr(), mesh.GetFaceVertexCountsAttr(), mesh.GetFaceVertexIndicesAttr())
@@ -69,6 +70,19 @@ def check_frame(path, index):
         color = UsdGeom.PrimvarsAPI(mesh).GetPrimvar("displayColor")
         assert len(color.Get(index)) == (1 if color.GetInterpolation() == "constant" else len(vertices))
     return n
+
+
+def check_extents(joined, frames):
+    """At the frames and between them, where points stay and extents are interpolated, each bounds what is shown."""
+    for name in ("particles", *SURFACES):
+        shown = UsdGeom.PointBased(joined.GetPrimAtPath(f"/meltsim/{name}"))
+        for code in (index + part for index in frames for part in (0, 0.1, 0.5, 0.9) if index + part <= max(frames)):
+            extent, points = shown.GetExtentAttr().Get(code), shown.GetPointsAttr().Get(code)
+            assert all(abs(c) < 1e6 for corner in extent for c in corner), (name, code, extent)
+            for k in range(3):
+                assert extent[0][k] <= extent[1][k], (name, code, extent)
+                assert not points or extent[0][k] - 1e-6 <= min(p[k] for p in points), (name, code, extent)
+                assert not points or extent[1][k] + 1e-6 >= max(p[k] for p in points), (name, code, extent)
 
 
 def check_joined(out):
@@ -94,6 +108,7 @@ def check_joined(out):
         for name in SURFACES:
             points = UsdGeom.Mesh(joined.GetPrimAtPath(f"/meltsim/{name}")).GetPointsAttr()
             assert points.Get(index + 0.5) == points.Get(index), (index, name)
+    check_extents(joined, frames)
     for path in (out / "scene.usda", out / "frames" / "manifest.usda", frames[0], frames[max(frames)]):
         check_valid(path)
     return joined

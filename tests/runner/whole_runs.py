@@ -584,15 +584,17 @@ emitters:
         thick = ["--set", "materials.water.viscosity=1e9"]
         fast = ["--set", "materials.salt={density: 1500, dissolves_in: water, solubility: 0.3, diffusivity_in: 100}",
                 "--set", "bodies=[{name: b, shape: {box: [[0.4, 0, 0.4], [1.2, 0.4, 1.2]]}, material: salt}]"]
-        for name, options, bound, word in (("thick", thick, "solver.max_substeps", "viscosity takes"),
+        for name, options, bound, word in (("thick", thick, "solver.max_substeps", "viscosity needs"),
                                            ("fast", fast, "solute.max_supersteps", "species need")):
             scene = [SCENE, "--backend", "cpu", *options, "--set"]
-            said = self.meltsim("check", *scene, bound + "=5")
-            found = re.search(word + r" at least (\d+) .* more than " + bound + " 5: steps will be refused", said.stdout + said.stderr)
+            said = self.meltsim("check", *scene, bound + "=5", code=2)
+            found = re.search(r"a run is refused at its first step: .*" + word + r" (\d+) .* more than \S*" + bound.split(".")[1] + " 5",
+                              said.stderr)
             self.assertTrue(found, said)
+            self.assertNotIn("ok", said.stdout)
             for most, refused in ((int(found[1]) - 1, True), (int(found[1]) + 1, False)):
-                said = self.meltsim("check", *scene, f"{bound}={most}")
-                self.assertEqual("will be refused" in said.stdout + said.stderr, refused)
+                said = self.meltsim("check", *scene, f"{bound}={most}", code=2 if refused else 0)
+                self.assertEqual("is refused" in said.stdout + said.stderr, refused)
                 run = ["run", *scene, f"{bound}={most}", "--steps", "1", "--export", "none", "--out", f"{name}{refused}"]
                 self.meltsim(*run, code=2 if refused else 0)
 
@@ -601,9 +603,9 @@ emitters:
         scene = [SCENE, "--set", "solver.max_substeps=1", "--set", "time.dt=0.1", "--set", "time.fps=10", "--set"]
         for sound in ("30", "40", "47", "55"):
             with self.subTest(sound=sound):
-                said = self.check(*scene, "solver.sound_speed=" + sound)
-                dt = re.search(r"warning: time.dt: 0.1 s needs \d+ sub-steps of at most \S+ s, more than solver.max_substeps 1; use "
-                               r"time.dt (\S+)\n", said)[1]
+                said = self.meltsim("check", *scene, "solver.sound_speed=" + sound, "--backend", "cpu", code=2).stderr
+                dt = re.search(r"time.dt: 0.1 s needs \d+ sub-steps of at most \S+ s, more than solver.max_substeps 1; use "
+                               r"time.dt (\S+), or stepping: adaptive\n", said)[1]
                 self.assertNotIn("max_substeps", self.check(*scene, "solver.sound_speed=" + sound, "--set", "time.dt=" + dt))
                 self.meltsim("run", *scene, "solver.sound_speed=" + sound, "--set", "time.dt=" + dt, "--steps", "1", "--backend", "cpu",
                              "--out", "run" + sound)

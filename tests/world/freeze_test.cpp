@@ -359,8 +359,8 @@ World still_pool() {
   return w;
 }
 
-// Right: eight full layers, whose centre is where it was. One site in a hundred may be left free, and as many particles lie on top; a
-// tenth of the melt did while particles jumped to their sites, and liquid was thrown about at 2.1 m/s instead of 0.9.
+// Right: eight full layers, whose centre is where it was. One particle in a hundred may lie on top, and one in fifty may wait where two
+// want a site; a tenth of the melt lay on top while particles jumped to their sites, and liquid was thrown about at 2.1 m/s instead of 0.7.
 TEST(Freezing, AStillPoolFreezesFlatAndDense) {
   MELTSIM_NEEDS_BACKEND();
   World w = still_pool();
@@ -375,7 +375,7 @@ TEST(Freezing, AStillPoolFreezesFlatAndDense) {
   int above = 0;
   for (const Vec3d& x : p.position) above += x.y > 0.08 ? 1 : 0;
   EXPECT_LE(above, 2);
-  EXPECT_GE(w.synchronize().frozen, 214u);
+  EXPECT_GE(w.synchronize().frozen, 212u);
   EXPECT_LT(fastest, 1.4);
 }
 

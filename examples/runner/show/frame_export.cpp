@@ -53,7 +53,11 @@ void FrameExport::write(std::uint64_t index, double time, const meltsim::Particl
 void FrameExport::write_usd(std::uint64_t index, double time, const meltsim::ParticleFrame& particles,
                             const FrameShapes& shapes, const std::vector<std::string>& contents) {
   usd_.contents = contents;
-  write_file(directory_.file(usd_frame_file(index)), usd_text(usd_, index, time, particles, shapes));
+  const std::string last = index > 0 ? directory_.file(usd_frame_file(index - 1)) : "";
+  if (!usd_first_ && !last.empty() && exists(last)) usd_before_ = usd_bounds_in(read_file(last));
+  write_file(directory_.file(usd_frame_file(index)),
+             usd_text(usd_, index, time, particles, shapes, usd_before_));
+  usd_before_ = usd_bounds(usd_, particles, shapes);
   if (!usd_first_) {
     usd_first_ = index;
     while (*usd_first_ > 0 && exists(directory_.file(usd_frame_file(*usd_first_ - 1)))) --*usd_first_;

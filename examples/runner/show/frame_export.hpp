@@ -46,6 +46,7 @@ class FrameExport {
   std::vector<std::pair<double, std::string>> vtp_frames_;
   UsdRun usd_;
   std::optional<std::uint64_t> usd_first_;  ///< the frame that scene.usda begins with
+  UsdBounds usd_before_;                    ///< of the last frame that was written
   std::string problem_;
   std::string camera_problem_;  ///< of write(), which another thread calls
 };

@@ -55,10 +55,8 @@ Textures paint(const Mesh& m) {
   std::map<std::array<int, 3>, int> numbers;
   std::vector<int> number;
   Textures made;
-  const auto step = [](float c) {
-    return static_cast<int>(std::lround(steps * std::pow(std::max(c, 0.0f), 1 / 2.2f)));
-  };
-  const auto light = [](int s) { return std::pow(static_cast<float>(s) / steps, 2.2f); };
+  const auto step = [](float c) { return static_cast<int>(std::lround(steps * monitor(std::max(c, 0.0f)))); };
+  const auto light = [](int s) { return static_cast<float>(linear(static_cast<double>(s) / steps)); };
   for (const Vec3f& c : m.color) {
     const std::array<int, 3> key{step(c.x), step(c.y), step(c.z)};
     const auto [found, fresh] = numbers.try_emplace(key, static_cast<int>(numbers.size()));
@@ -137,9 +135,8 @@ const char* const look_macros = R"(
 std::string warmth_macro() {
   std::string text = fmt::format("#declare Ramp = array[{}] {{", shades);
   for (int i = 0; i < shades; ++i) {
-    const Rgb c = ramp(static_cast<double>(i) / (shades - 1));
-    text += fmt::format("{}\n<{:.4f},{:.4f},{:.4f}>", i > 0 ? "," : "", std::pow(c[0], 2.2),
-                        std::pow(c[1], 2.2), std::pow(c[2], 2.2));
+    const Rgb c = linear(ramp(static_cast<double>(i) / (shades - 1)));
+    text += fmt::format("{}\n<{:.4f},{:.4f},{:.4f}>", i > 0 ? "," : "", c[0], c[1], c[2]);
   }
   return text +
          " }\n#macro Warmth(I, T) pigment { rgb Ramp[I] transmit T } finish { ambient 0.45 diffuse 0.5 "

@@ -18,15 +18,17 @@ inline constexpr std::array<Rgb, 6> ramp_stops{{{0.14, 0.25, 0.62},
                                                 {0.96, 0.52, 0.22},
                                                 {0.75, 0.09, 0.12}}};
 
-/// What a monitor shows, as linear light.
-inline Rgb linear(const Rgb& shown) {
-  return {std::pow(shown[0], 2.2), std::pow(shown[1], 2.2), std::pow(shown[2], 2.2)};
+/// The transfer function of sRGB (IEC 61966-2-1): what a monitor shows, as linear light.
+inline double linear(double shown) {
+  return shown <= 0.04045 ? shown / 12.92 : std::pow((shown + 0.055) / 1.055, 2.4);
 }
+inline Rgb linear(const Rgb& shown) { return {linear(shown[0]), linear(shown[1]), linear(shown[2])}; }
 
 /// Linear light, as a monitor shows it.
-inline Rgb monitor(const Rgb& light) {
-  return {std::pow(light[0], 1 / 2.2), std::pow(light[1], 1 / 2.2), std::pow(light[2], 1 / 2.2)};
+inline double monitor(double light) {
+  return light <= 0.0031308 ? 12.92 * light : 1.055 * std::pow(light, 1 / 2.4) - 0.055;
 }
+inline Rgb monitor(const Rgb& light) { return {monitor(light[0]), monitor(light[1]), monitor(light[2])}; }
 
 /// Linear light of bodies whose material has no colour, one after another.
 inline constexpr std::array<Rgb, 6> body_palette{{{0.66, 0.80, 0.90},

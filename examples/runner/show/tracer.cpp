@@ -344,7 +344,7 @@ Rgb shown(const Vec3f& light) {
   const auto one = [](float c) {
     const double x = std::max(0.0f, c);
     const double held = x < 0.7 ? x : 0.7 + 0.3 * (1 - std::exp(-(x - 0.7) / 0.3));
-    return std::pow(std::min(held, 1.0), 1 / 2.2);
+    return monitor(std::min(held, 1.0));
   };
   return {one(light.x), one(light.y), one(light.z)};
 }

@@ -5,8 +5,8 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cstdio>
 #include <iterator>
-#include <limits>
 #include <set>
 
 #include "meltsim/particle_tag.hpp"
@@ -17,6 +17,7 @@ namespace {
 
 using meltsim::Vec3d;
 using meltsim::Vec3f;
+using Extent = std::optional<meltsim::Box>;
 
 /// Nine digits bring a float back to the bit.
 void put_number(std::string& to, double value) { fmt::format_to(std::back_inserter(to), "{:.9g}", value); }
@@ -83,19 +84,36 @@ class Stage {
   std::string text_, indent_;
 };
 
-/// The bounds of places, `place(i)` each, as readers want them beside the points; of nothing an empty range, which USD writes this way.
+/// A box around both.
+meltsim::Box around(const meltsim::Box& a, const meltsim::Box& b) {
+  return {{std::min(a.min.x, b.min.x), std::min(a.min.y, b.min.y), std::min(a.min.z, b.min.z)},
+          {std::max(a.max.x, b.max.x), std::max(a.max.y, b.max.y), std::max(a.max.z, b.max.z)}};
+}
+
+/// Of places, `place(i)` each, and so far around them; of none nothing.
 template <class Place>
-void put_extent(Stage& stage, std::size_t count, double margin, const Place& place) {
-  constexpr double most = std::numeric_limits<float>::max();
-  Vec3d low = count == 0 ? Vec3d{most, most, most} : place(0), high = count == 0 ? low * -1.0 : low;
-  for (std::size_t i = 1; i < count; ++i) {
-    const Vec3d x = place(i);
-    low = {std::min(low.x, x.x), std::min(low.y, x.y), std::min(low.z, x.z)};
-    high = {std::max(high.x, x.x), std::max(high.y, x.y), std::max(high.z, x.z)};
-  }
-  const Vec3d m = count == 0 ? Vec3d{} : Vec3d{margin, margin, margin};
+Extent bounds_of(std::size_t count, double margin, const Place& place) {
+  if (count == 0) return {};
+  meltsim::Box box{place(0), place(0)};
+  for (std::size_t i = 1; i < count; ++i) box = around(box, {place(i), place(i)});
+  const Vec3d m{margin, margin, margin};
+  return meltsim::Box{box.min - m, box.max + m};
+}
+
+Extent bounds_of(const Mesh& mesh, const Vec3d& origin) {
+  return bounds_of(mesh.position.size(), 0,
+                   [&](std::size_t i) { return meltsim::cast<double>(mesh.position[i]) + origin; });
+}
+
+/// What readers want beside the points. Between two frames points stay and extents are interpolated: one that bounds the frame before as
+/// well bounds what stays of it. Of nothing a point, since extents without numbers of their own (USD's empty range) have no middle.
+void put_extent(Stage& stage, const Extent& now, const Extent& before, const Vec3d& origin) {
+  meltsim::Box box{origin, origin};
+  if (now && before) box = around(*now, *before);
+  else if (now) box = *now;
+  else if (before) box = *before;
   stage.array("float3[] extent", 2,
-              [&](std::size_t i) { put_point(stage.text(), i == 0 ? low - m : high + m); });
+              [&](std::size_t i) { put_point(stage.text(), i == 0 ? box.min : box.max); });
 }
 
 /// A number of every vertex or particle. float for the others, int for what counts.
@@ -119,12 +137,13 @@ void put_contents(Stage& stage, const UsdRun& run, std::size_t count,
   }
 }
 
-void put_particles(Stage& stage, const UsdRun& run, const meltsim::ParticleFrame& p) {
+void put_particles(Stage& stage, const UsdRun& run, const meltsim::ParticleFrame& p,
+                   const UsdBounds& before) {
   const std::size_t n = p.id.size();
   std::string& text = stage.text();
   const auto place = [&](std::size_t i) { return meltsim::cast<double>(p.position[i]) + p.origin; };
   stage.open("def Points \"particles\"");
-  put_extent(stage, n, 0.5 * run.spacing, place);
+  put_extent(stage, bounds_of(n, 0.5 * run.spacing, place), before.particles, p.origin);
   stage.array("point3f[] points", n, [&](std::size_t i) { put_point(text, place(i)); });
   stage.array("vector3f[] velocities", n, [&](std::size_t i) { put_vector(text, p.velocity[i]); });
   stage.fixed("float[] widths", fmt::format("[{:.9g}]", run.spacing), "constant");
@@ -233,7 +252,7 @@ void put_colors(Stage& stage, const PartLooks& looks, const std::vector<std::siz
 }
 
 void put_mesh(Stage& stage, const UsdRun& run, const char* name, const PartedMesh& parted,
-              const std::vector<std::size_t>& possible, const Vec3d& origin) {
+              const std::vector<std::size_t>& possible, const Vec3d& origin, const Extent& before) {
   const Mesh& mesh = parted.mesh;
   const Faces faces = sorted_faces(parted);
   const std::size_t n = mesh.position.size();
@@ -241,7 +260,7 @@ void put_mesh(Stage& stage, const UsdRun& run, const char* name, const PartedMes
   const auto place = [&](std::size_t i) { return meltsim::cast<double>(mesh.position[i]) + origin; };
   stage.open(fmt::format("def Mesh \"{}\"", name), "MaterialBindingAPI");
   stage.fixed("uniform token subdivisionScheme", "\"none\"");
-  put_extent(stage, n, 0, place);
+  put_extent(stage, bounds_of(mesh, origin), before, origin);
   stage.array("int[] faceVertexCounts", faces.corners.size() / 3, [&](std::size_t) { text += "3"; });
   stage.array("int[] faceVertexIndices", faces.corners.size(),
               [&](std::size_t i) { text += std::to_string(faces.corners[i]); });
@@ -357,24 +376,47 @@ void put_turn(Stage& stage, const Vec3d& up) {
 }
 
 void put_prims(Stage& stage, const UsdRun& run, std::uint64_t frame, const meltsim::ParticleFrame& particles,
-               const FrameShapes& shapes) {
+               const FrameShapes& shapes, const UsdBounds& before) {
   put_turn(stage, run.up);
   if (!stage.is_manifest()) put_materials(stage, run.looks);
-  put_particles(stage, run, particles);
+  put_particles(stage, run, particles, before);
   put_mesh(stage, run, "liquid", unlike_next_frame(liquid_parts(shapes, run.looks), frame), run.looks.liquid,
-           shapes.origin);
+           shapes.origin, before.liquid);
   put_mesh(stage, run, "solid", unlike_next_frame(solid_parts(shapes, run.looks), frame), run.looks.solid,
-           shapes.origin);
+           shapes.origin, before.solid);
+}
+
+/// The extent of a prim, which begins with `head`, in the text of a frame.
+Extent extent_in(const std::string& text, const std::string& head) {
+  const std::size_t prim = text.find(head), extent = text.find("float3[] extent.timeSamples", prim);
+  const std::size_t from = text.find("[(", extent == std::string::npos ? prim : extent);
+  if (prim == std::string::npos || extent == std::string::npos || from == std::string::npos) return {};
+  meltsim::Box b;
+  const int read = std::sscanf(text.c_str() + from, "[(%lf, %lf, %lf), (%lf, %lf, %lf)]", &b.min.x, &b.min.y,
+                               &b.min.z, &b.max.x, &b.max.y, &b.max.z);
+  return read == 6 ? Extent{b} : Extent{};
 }
 
 }  // namespace
 
+UsdBounds usd_bounds(const UsdRun& run, const meltsim::ParticleFrame& p, const FrameShapes& shapes) {
+  const auto place = [&](std::size_t i) { return meltsim::cast<double>(p.position[i]) + p.origin; };
+  return {bounds_of(p.id.size(), 0.5 * run.spacing, place), bounds_of(shapes.liquid, shapes.origin),
+          bounds_of(shapes.solid, shapes.origin)};
+}
+
+UsdBounds usd_bounds_in(const std::string& text) {
+  return {extent_in(text, "def Points \"particles\""), extent_in(text, "def Mesh \"liquid\""),
+          extent_in(text, "def Mesh \"solid\"")};
+}
+
 std::string usd_text(const UsdRun& run, std::uint64_t frame, double time,
-                     const meltsim::ParticleFrame& particles, const FrameShapes& shapes) {
+                     const meltsim::ParticleFrame& particles, const FrameShapes& shapes,
+                     const UsdBounds& before) {
   Stage stage(Stage::Kind::frame, frame);
   put_head(stage, run, frame, frame, fmt::format("        double time_s = {:.9g}\n", time));
   stage.open("def Xform \"meltsim\"");
-  put_prims(stage, run, frame, particles, shapes);
+  put_prims(stage, run, frame, particles, shapes, before);
   stage.close();
   return std::move(stage.text());
 }
@@ -383,7 +425,7 @@ std::string usd_manifest(const UsdRun& run) {
   Stage stage(Stage::Kind::manifest, 0);
   put_head(stage, run, 0, 0, "");
   stage.open("def Xform \"meltsim\"");
-  put_prims(stage, run, 0, {}, {});
+  put_prims(stage, run, 0, {}, {}, {});
   stage.close();
   return std::move(stage.text());
 }
@@ -398,7 +440,7 @@ std::string usd_clips(const UsdRun& run, std::uint64_t first, std::uint64_t last
                   "            double templateEndTime = {}\n            double templateStartTime = {}\n"
                   "            double templateStride = 1\n        }}\n    }}\n)",
                   usd_manifest_file, last, first));
-  put_prims(stage, run, 0, {}, {});
+  put_prims(stage, run, 0, {}, {}, {});
   stage.close();
   return std::move(stage.text());
 }

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,11 +24,21 @@ struct UsdRun {
                     0};  ///< a unit vector; where it is neither y nor z, the stage is turned so that it is y
 };
 
+/// Of a frame; nothing where there are no points.
+struct UsdBounds {
+  std::optional<meltsim::Box> particles, liquid, solid;
+};
+
 /// One stage "meltsim": Points "particles" (ids, velocities, widths, primvars temperature, liquid_fraction, body, material, contents), Mesh
 /// "liquid" and Mesh "solid" (normals, primvars the same and displayColor, displayOpacity), in metres, world coordinates. body: from 0, -1 = liquid.
-/// A surface of nothing is a mesh without points. Values are time samples at the frame's number, since value clips read no others.
+/// A surface of nothing is a mesh without points. Values are time samples at the frame's number, since value clips read no others. Extents
+/// bound the frame `before` as well, which is shown until this one.
 std::string usd_text(const UsdRun& run, std::uint64_t frame, double time,
-                     const meltsim::ParticleFrame& particles, const FrameShapes& shapes);
+                     const meltsim::ParticleFrame& particles, const FrameShapes& shapes,
+                     const UsdBounds& before = {});
+UsdBounds usd_bounds(const UsdRun& run, const meltsim::ParticleFrame& particles, const FrameShapes& shapes);
+/// The extents that a frame's text has, which are those of its particles and surfaces or larger.
+UsdBounds usd_bounds_in(const std::string& text);
 
 /// The manifest of the run's value clips: which attributes have time samples in the frames' files, so that readers open only the frames they show.
 std::string usd_manifest(const UsdRun& run);
