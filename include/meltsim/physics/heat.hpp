@@ -95,8 +95,8 @@ MELTSIM_HD T conductivity_at(const MaterialRow<T>& m, T fraction, T temperature)
 template <class T>
 struct TowardNeighbour {
   T solid{}, liquid{};  ///< k of the phases [W/(m K)]
-  T melting_point{},
-      temperature{};  ///< of the particle, the former in the middle of a range [degrees Celsius]
+  T melting_point{};    ///< of the particle, in the middle of a range [degrees Celsius]
+  T temperature{};      ///< of the particle [degrees Celsius]
   MELTSIM_HD T operator()(T neighbour) const {  ///< k toward a neighbour of this temperature
     const T above = maximum(temperature, neighbour) - melting_point,
             below = melting_point - minimum(temperature, neighbour);
