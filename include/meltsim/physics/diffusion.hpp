@@ -104,11 +104,11 @@ inline int most_stages(int given, bool first_order) {
   return given == 2 || (given % 2 == 0) == first_order ? given : given == 3 && first_order ? 2 : given - 1;
 }
 
-/// Super-steps that tau lambda is divided into where nothing moves, so that no sub-step of motion does: as many as leave each two thirds of the
-/// reach of two stages, 12 at most. One of second order leaves half of what is stiff in it, however many stages it has, one of two
-/// stages all of it at the end of its reach; the next halves that again.
+/// Super-steps that tau lambda is divided into where nothing moves, so that no sub-step of motion does: as many as two stages reach in each,
+/// 12 at most. One of either order leaves up to half of what is stiff in it, however many stages it has, as the spectral radius of the kernel's sum
+/// is some 0.55 of the bound lambda; the next halves that again.
 inline double resting_supersteps(double tau_lambda) {
-  return minimum(std::ceil(1.5 * tau_lambda / stage_reach(2)), 12.0);
+  return minimum(std::ceil(tau_lambda / stage_reach(2)), 12.0);
 }
 
 /// Stage j as kernels take it: SuperStage times tau, and where it stands.
