@@ -132,6 +132,16 @@ Counts enclosed(const Scene& scene, Grid& grid, const std::vector<const Liquid*>
   return counts;
 }
 
+/// Per liquid of the scene: whether it lies outside of bodies as well. Before enclosed(), which counts what it has seen as open.
+std::vector<bool> lie_outside(const Scene& scene, const Grid& grid, const std::vector<Liquid>& liquid) {
+  std::vector<bool> open(scene.fluids.size());
+  for (std::size_t i = 0; i < open.size(); ++i)
+    open[i] = std::any_of(liquid.begin(), liquid.end(), [&](const Liquid& l) {
+      return grid.is_open(l.cell) && scene.fluids[i].desc.shape.contains(l.position);
+    });
+  return open;
+}
+
 }  // namespace
 
 std::vector<std::string> enclosed_liquid(const Scene& scene, Built& built) {
@@ -154,13 +164,10 @@ std::vector<std::string> enclosed_liquid(const Scene& scene, Built& built) {
   for (const Liquid& l : liquid)
     if (!grid.is_open(l.cell)) inside.push_back(&l);
   if (inside.size() < least_enclosed) return warnings;
-  std::vector<std::size_t> open(scene.fluids.size(), 0);
-  for (const Liquid& l : liquid)
-    if (grid.is_open(l.cell))
-      if (const auto fluid = fluid_at(scene, l.position)) ++open[*fluid];
+  const std::vector<bool> open = lie_outside(scene, grid, liquid);
   for (const auto& [where, count] : enclosed(scene, grid, inside)) {
     const auto [fluid, body] = where;
-    if (open[fluid] == 0) continue;  // a vessel that it was put into
+    if (!open[fluid]) continue;  // a vessel that it was put into
     const SceneBody& hollow = scene.bodies.at(body - 1);
     warnings.push_back(
         fmt::format("{}: {}: {} of its particles are enclosed in body \"{}\": its shape covers the cavity "

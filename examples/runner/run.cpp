@@ -88,11 +88,19 @@ void Run::resolve_dt() {
   }
 }
 
+/// Of scenes so large that looking at every particle would delay the start only `check` does.
+void Run::warn_of_walls() {
+  constexpr std::uint64_t most = 100000;
+  const meltsim::StepResult now = built_.world.synchronize();
+  if (now.fluid + now.solid > most) return;
+  for (const std::string& warning : thin_walls(scene_, built_)) log_.warn(warning);
+  for (const std::string& warning : enclosed_liquid(scene_, built_)) log_.warn(warning);
+}
+
 void Run::begin() {
   for (const std::string& warning : missing_mass(scene_, built_)) log_.warn(warning);
   for (const std::string& warning : deep_bodies(scene_)) log_.warn(warning);
-  for (const std::string& warning : thin_walls(scene_, built_)) log_.warn(warning);
-  for (const std::string& warning : enclosed_liquid(scene_, built_)) log_.warn(warning);
+  warn_of_walls();
   for (const std::string& warning : nothing_to_freeze_onto(scene_)) log_.warn(warning);
   for (const std::string& warning : uneven_regions(scene_)) log_.warn(warning);
   recorder_.emplace(scene_, directory_, built_, frames_until(planned_end()), nullptr, wants_still(),

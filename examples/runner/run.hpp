@@ -55,6 +55,7 @@ class Run {
  private:
   void resume();
   void count_restored();
+  void warn_of_walls();
   void begin();
   void resolve_dt();
   Outcome loop();

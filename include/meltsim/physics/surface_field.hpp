@@ -230,7 +230,7 @@ MELTSIM_HD T open_share(const WallBox<T>& walls, const SphKernel<T>& k, Vec3<T> 
 
 /// Above 0 in liquid beside solids [-]: its own field, phi - phi_s, against the level in what they leave open, as in what walls
 /// do. So a level surface meets them level. Inside solids, phi_s > level, it says nothing.
-/// Deviation: a film less than a spacing thick on a solid comes out a tenth of a spacing thinner.
+/// Deviation: a film a spacing thick on a solid comes out thinner by some hundredths of a spacing.
 template <class T>
 MELTSIM_HD T liquid_value(const SurfaceField<T>& f, T phi, T phi_s) {
   return phi - phi_s - f.level * (T(1) - phi_s);
