@@ -153,20 +153,20 @@ class CpuExec {
 
   template <class Body>
   void for_each(std::uint64_t n, const Body& body) const {
-    for_all(n, body, makes_sums<Body>::value ? few_sums : few);
+    for_all<is_wide<Body>>(n, body, makes_sums<Body>::value ? few_sums : few);
   }
 
   template <class Body>
   void gather(std::uint64_t n, const Body& body) const {
     const std::uint32_t parts = gather_parts<Body>(n);
-    for_all(
+    for_all<is_wide<Body>>(
         n, [&body, parts](std::uint64_t i) { body.finish(i, sum_of(body, i, parts)); }, few_sums);
   }
 
   template <class Body>
   void gather_adding(std::uint64_t n, const Body& body) const {
     const std::uint32_t parts = gather_parts<Body>(n);
-    accumulate(n, [&body, parts](std::uint64_t i, const CpuAdder& add) {
+    accumulate_all<is_wide<Body>>(n, [&body, parts](std::uint64_t i, const CpuAdder& add) {
       body.finish(i, sum_of(body, i, parts), add);
     });
   }
@@ -180,7 +180,7 @@ class CpuExec {
     const auto one = [&body](std::uint64_t i) {
       if (body.wanted(i)) body.finish(i, sum_of(body, i, listed<Body>::parts));
     };
-    for_all(n, one, few_sums);
+    for_all<is_wide<Body>>(n, one, few_sums);
   }
 
   template <class R, class Body, class Last = Nothing>
@@ -193,9 +193,7 @@ class CpuExec {
     each_part(n, reduced, [&](std::uint64_t begin, std::uint64_t end) {
       R r{};
       const CpuAdder add;
-      const auto one = [&](std::uint64_t i) { r = R::combine(r, result_of(body, i, add)); };
-      if (wide_) run_wide(one, begin, end);
-      else run(one, begin, end);
+      for (std::uint64_t i = begin; i < end; ++i) r = R::combine(r, result_of(body, i, add));
       new (partial + begin / reduced) R(r);
     });
     R r{};
@@ -294,13 +292,7 @@ class CpuExec {
 
   template <class Body>
   void accumulate(std::uint64_t n, const Body& body) const {
-    if (n == 0 || stopped()) return;
-    each_part(n, part, [&](std::uint64_t begin, std::uint64_t end) {
-      const CpuAdder add;
-      const auto one = [&](std::uint64_t i) { body(i, add); };
-      if (wide_) run_wide(one, begin, end);
-      else run(one, begin, end);
-    });
+    accumulate_all<is_wide<Body>>(n, body);
   }
 
   template <class Body>
@@ -489,24 +481,29 @@ class CpuExec {
   // Number of items that is not worth waking threads for; and if each item is a sum.
   static constexpr std::uint64_t few = 1024, few_sums = 256;
   static constexpr std::uint64_t part = 64;  // least number of items that a thread takes
-  template <class Body>
-  static void run(const Body& body, std::uint64_t begin, std::uint64_t end) {
+  template <bool Wide, class Body>
+  void run(const Body& body, std::uint64_t begin, std::uint64_t end) const {
+    if constexpr (Wide)
+      if (wide_) return run_wide(body, begin, end);
     for (std::uint64_t i = begin; i < end; ++i) body(i);
   }
   template <class Body>
   MELTSIM_WIDE static void run_wide(const Body& body, std::uint64_t begin, std::uint64_t end) {
     for (std::uint64_t i = begin; i < end; ++i) body(i);
   }
-  template <class Body>
+  template <bool Wide, class Body>
+  void accumulate_all(std::uint64_t n, const Body& body) const {
+    if (n == 0 || stopped()) return;
+    each_part(n, part, [&](std::uint64_t begin, std::uint64_t end) {
+      const CpuAdder add;
+      run<Wide>([&](std::uint64_t i) { body(i, add); }, begin, end);
+    });
+  }
+  template <bool Wide, class Body>
   void for_all(std::uint64_t n, const Body& body, std::uint64_t alone) const {
     if (n == 0 || stopped()) return;
     each_part(
-        n, part,
-        [&](std::uint64_t begin, std::uint64_t end) {
-          if (wide_) run_wide(body, begin, end);
-          else run(body, begin, end);
-        },
-        alone);
+        n, part, [&](std::uint64_t begin, std::uint64_t end) { run<Wide>(body, begin, end); }, alone);
   }
   /// run(begin, end) over pieces of [0, n); up to `alone` items by this thread.
   template <class Run>

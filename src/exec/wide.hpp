@@ -8,6 +8,9 @@
 // Without fused multiply-add, which would be worth little here: results then have the same bits on every CPU,
 // wide or not, and what two bodies compute by one formula stays equal to the last bit.
 //
+// Only bodies that say so (`static constexpr bool wide = true`) are compiled twice: those whose time is that of a sub-step. To
+// flatten takes three times as long to compile.
+//
 // MELTSIM_ONE_WIDTH leaves the wider code out: the same source twice tells a sanitizer nothing, and takes most of the time.
 #pragma once
 
@@ -37,6 +40,12 @@ inline bool wide_instructions() {
   return false;
 #endif
 }
+
+/// Whether wider instructions are worth a second compilation of a body.
+template <class Body, class = void>
+inline constexpr bool is_wide = false;
+template <class Body>
+inline constexpr bool is_wide<Body, decltype(static_cast<void>(Body::wide))> = Body::wide;
 
 }  // namespace core
 }  // namespace v0

@@ -47,6 +47,7 @@ struct RaggedBody {
 /// Label of the piece a particle belongs to and, at its surface, its outward normal, in particle order, for contact.
 template <class T>
 struct NormalsBody {
+  static constexpr bool wide = true;
   Frame<T> w;
   MELTSIM_HD void operator()(std::uint64_t i) const {
     w.f.contact_normal[i] = Vec4<T>{};
@@ -104,6 +105,7 @@ struct NormalsBody {
 /// Gravity and the walls' contact on every solid particle.
 template <class T>
 struct LoadsBody {
+  static constexpr bool wide = true;
   Frame<T> w;
   MELTSIM_HD void operator()(std::uint64_t i) const {
     const std::uint32_t tag = w.f.tag[i];
@@ -153,6 +155,7 @@ struct ContactSum {
 /// Contact with particles of other pieces, and what the liquid in the gap to them presses with.
 template <class T, bool Periodic>
 struct ContactBody {
+  static constexpr bool wide = true;
   Frame<T> w;
   using Sum = ContactSum<T>;
   MELTSIM_HD bool wanted(std::uint64_t i) const { return MeetingBody<T>{w}.wanted(i); }
@@ -185,6 +188,7 @@ inline constexpr std::uint32_t ragged_parts = 5;
 /// Best rigid placement and motion of every region, member by member.
 template <class T>
 struct RegionMotionBody {
+  static constexpr bool wide = true;
   Frame<T> w;
   static constexpr bool shared = true;
   static constexpr std::uint32_t listed_parts = ragged_parts;
@@ -236,6 +240,7 @@ struct GoalSum {
 /// Mean goal of a vertex over its regions, region by region.
 template <class T>
 struct GoalsBody {
+  static constexpr bool wide = true;
   Frame<T> w;
   static constexpr bool shared = true;
   static constexpr std::uint32_t listed_parts = ragged_parts;
@@ -318,6 +323,7 @@ struct PieceSumsBody {
 /// Subtracts the mean motion and mean spin of the piece from the change of velocity.
 template <class T>
 struct BalanceBody {
+  static constexpr bool wide = true;
   Frame<T> w;
   static constexpr bool modest = true;
   MELTSIM_HD void operator()(std::uint64_t v) const {

@@ -130,6 +130,7 @@ MELTSIM_HD BoxSums<T, Axes + 1> sum_boxes(const Frame<T>& w, std::uint64_t v, co
 /// Sums over the plane about a vertex, row by row.
 template <class T>
 struct PlaneSumsBody {
+  static constexpr bool wide = true;
   Frame<T> w;
   static constexpr bool modest = true;
   MELTSIM_HD void operator()(std::uint64_t v) const {
@@ -142,6 +143,7 @@ struct PlaneSumsBody {
 /// The work of RegionMotionBody, plane by plane.
 template <class T>
 struct BoxedRegionMotionBody {
+  static constexpr bool wide = true;
   Frame<T> w;
   static constexpr bool modest = true;
   MELTSIM_HD void operator()(std::uint64_t v) const {
@@ -192,6 +194,7 @@ MELTSIM_HD BoxGoals<T, Axes + 1> sum_goals(const Frame<T>& w, std::uint64_t v, V
 /// Sum of the goals of the regions of the plane about a vertex, row by row.
 template <class T>
 struct PlaneGoalsBody {
+  static constexpr bool wide = true;
   Frame<T> w;
   static constexpr bool modest = true;
   MELTSIM_HD void operator()(std::uint64_t v) const {
@@ -204,6 +207,7 @@ struct PlaneGoalsBody {
 /// The work of GoalsBody, plane by plane: v is in the regions of the members of its own region.
 template <class T>
 struct BoxedGoalsBody {
+  static constexpr bool wide = true;
   Frame<T> w;
   static constexpr bool modest = true;
   MELTSIM_HD void operator()(std::uint64_t v) const {

@@ -13,6 +13,7 @@ namespace sampling {
 /// asks who is near, as a processor cannot guess it. Particles are added up in the order of PointBody, to the same bits.
 template <class T>
 struct PointInLanesBody {
+  static constexpr bool wide = true;
   Frame<T> w;
   using Sum = physics::SampleSums;
   void operator()(std::uint64_t i) const {

@@ -93,6 +93,7 @@ MELTSIM_HD void reorder(const Frame<T>& w, std::uint64_t i, std::uint32_t from, 
 /// a cell are a permutation.
 template <class T>
 struct SettleBody {
+  static constexpr bool wide = true;
   Frame<T> w;
   using Item = std::uint32_t;
   MELTSIM_HD Item read(std::uint64_t k) const { return w.f.cell_order[k]; }

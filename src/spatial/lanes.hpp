@@ -357,6 +357,7 @@ inline typename Body::Sum sum_in_lanes(const core::Frame<T>& w, const Body& body
 /// The body of a gather, for a CPU.
 template <bool Periodic, class Body>
 struct InLanes : Body {
+  static constexpr bool wide = true;
   explicit InLanes(const Body& body) : Body(body) {}
   typename Body::Sum sum(std::uint64_t i) const {
     if (!Body::takes_part(i)) return {};
@@ -376,6 +377,7 @@ struct InLanes : Body {
 /// The same for the first sweep of a sub-step, which finds neighbours.
 template <bool Periodic, class T, class Body>
 struct FoundInLanes : Body {
+  static constexpr bool wide = true;
   LanePositions<T> p;
   FoundInLanes(const Body& body, const LanePositions<T>& positions) : Body(body), p(positions) {}
   void operator()(std::uint64_t i) const {

@@ -89,6 +89,7 @@ MELTSIM_HD HeatOperand<T> solute_operand(const Frame<T>& w, std::uint32_t k, std
 /// Potential and resistivity of every particle.
 template <class T>
 struct SoluteOperandsBody {
+  static constexpr bool wide = true;
   Frame<T> w;
   std::uint32_t k;
   MELTSIM_HD void operator()(std::uint64_t i) const {
@@ -210,6 +211,7 @@ struct ExchangeBody {
 /// Potentials, resistivities of crystals and room from the present contents, for the next step.
 template <class T>
 struct PotentialBody {
+  static constexpr bool wide = true;
   Frame<T> w;
   std::uint32_t k;
   MELTSIM_HD void operator()(std::uint64_t i) const {

@@ -41,6 +41,7 @@ struct ClearRimsBody {
 /// Underside of every particle of a body that can move, per axis, and what presses on it; what it adds to the rim of its piece.
 template <class T, bool Periodic>
 struct SeepBody {
+  static constexpr bool wide = true;
   Frame<T> w;
   static constexpr bool shared = true;
   using Sum = physics::SeepageSums<T>;
@@ -116,6 +117,7 @@ MELTSIM_HD T below_label(const Frame<T>& w, std::uint32_t label, Vec3<T> x) {
 /// What every particle at the surface of a body that can move asks of the gap to other pieces; what it adds to the rim of its own.
 template <class T, bool Periodic>
 struct GapBody {
+  static constexpr bool wide = true;
   Frame<T> w;
   static constexpr bool shared = true;
   using Sum = physics::GapSums<T>;

@@ -99,6 +99,7 @@ struct SurfaceRowsBody {
 /// The volume of a particle from the sum around it, and whether it is at a surface.
 template <class T, bool Periodic>
 struct SurfaceShareBody {
+  static constexpr bool wide = true;
   SurfaceFrame<T> w;
   static constexpr bool shared = true;
   using Sum = FieldSums<T>;
@@ -123,6 +124,7 @@ struct SurfaceShareBody {
 /// Makes ellipsoids of the balls.
 template <class T, bool Periodic>
 struct SurfaceShapeBody {
+  static constexpr bool wide = true;
   SurfaceFrame<T> w;
   static constexpr bool shared = true;
   using Sum = physics::ShapeSums<T>;
@@ -233,6 +235,7 @@ struct SurfaceLinksBody {
 /// a spacing apart.
 template <class T, bool Anisotropic, bool Periodic, int Step>
 struct SurfaceNodesBody {
+  static constexpr bool wide = true;
   SurfaceFrame<T> w;
   static constexpr std::int32_t step = Step;
   static constexpr bool shared = true;

@@ -34,6 +34,7 @@ MELTSIM_HD T toward(const Frame<T>& w, std::uint64_t i, const HeatOperand<T>& ow
 /// Temperature, share and resistivity of every particle.
 template <class T>
 struct HeatOperandsBody {
+  static constexpr bool wide = true;
   Frame<T> w;
   MELTSIM_HD void operator()(std::uint64_t i) const {
     const std::uint32_t tag = w.f.tag[i];
@@ -96,6 +97,7 @@ struct HeatOperandsBody {
 /// Temperature and resistivity of every particle, for models that do not correct sums.
 template <class T>
 struct PlainOperandsBody {
+  static constexpr bool wide = true;
   Frame<T> w;
   MELTSIM_HD void operator()(std::uint64_t i) const {
     w.f.heat_operand[i] =

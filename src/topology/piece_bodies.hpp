@@ -32,6 +32,7 @@ MELTSIM_HD bool pieces_known(const Frame<T>& w) {
 /// The first parent of a vertex is its smallest neighbour: in a convex piece that gives one root already.
 template <class T>
 struct LabelsBody {
+  static constexpr bool wide = true;
   Frame<T> w;
   MELTSIM_HD void operator()(std::uint64_t v) const {
     if (pieces_known(w)) return;
@@ -59,6 +60,7 @@ MELTSIM_HD std::uint32_t root_of(const Frame<T>& w, std::uint32_t v, const Add& 
 /// Stores roots as labels, so that most neighbours have equal labels at once.
 template <class T>
 struct ClimbBody {
+  static constexpr bool wide = true;
   Frame<T> w;
   template <class Add>
   MELTSIM_HD void operator()(std::uint64_t v, const Add& add) const {
@@ -71,6 +73,7 @@ struct ClimbBody {
 /// parent is joined instead.
 template <class T>
 struct HookBody {
+  static constexpr bool wide = true;
   Frame<T> w;
   template <class Add>
   MELTSIM_HD void operator()(std::uint64_t v, const Add& add) const {

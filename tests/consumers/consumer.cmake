@@ -79,15 +79,10 @@ elseif(MODE STREQUAL "pkg_config")
   run(${WORK}/host)
 
 elseif(MODE STREQUAL "add_subdirectory")
-  # Kept between runs: it is the only test that compiles the library again. A compiler cache has what this build compiled, with
-  # its options; without one nothing is optimised, because the host computes for an instant.
-  if(LAUNCHER)
-    set(options -DCMAKE_CXX_FLAGS_RELEASE=${FLAGS} -DMELTSIM_WARNINGS_AS_ERRORS=${AS_ERRORS})
-  else()
-    set(options -DCMAKE_CXX_FLAGS_RELEASE=-O0)
-  endif()
+  # Kept between runs: it is the only test that compiles the library again. Nothing is optimised, because the host computes for
+  # an instant.
   run(${CMAKE_COMMAND} -S ${SUBPROJECT} -B ${WORK} ${configure_options} -DMELTSIM_SOURCE_DIR=${SOURCE}
-      -DMELTSIM_CCACHE=OFF ${options})
+      -DMELTSIM_CCACHE=OFF "-DCMAKE_CXX_FLAGS_RELEASE=-O0 -DMELTSIM_ONE_WIDTH" -DMELTSIM_WARNINGS_AS_ERRORS=${AS_ERRORS})
   run(${CMAKE_COMMAND} --build ${WORK} --parallel ${JOBS})
   expect_no_cuda(${WORK})
   run(${WORK}/host)
