@@ -278,6 +278,11 @@ void WorldImpl::see_speed(double speed) {
   seen_.speed = speed;
   const double sound = sound_speed_;
   if (sound > 0) derive_sound_speed();
+  if (sound_speed_ != sound && steps == 0 &&
+      !laid_out_.empty()) {  // liquid that starts at rest is compressed by another speed of sound
+    update_state();
+    lay_out();
+  }
   if (dirty_) return;
   derive_limits();
   if (sound_speed_ != sound) plan_changed_ = true;
