@@ -88,6 +88,10 @@ class Units {
                       "enlarge the corners",
                       where_of(scene_.domain, "max"), "xyz"[axis], extents[axis]));
     }
+    const auto moves = [](const meltsim::Vec3d& v) { return length(v) > 0; };
+    if (!domain.no_slip && std::any_of(domain.velocity.begin(), domain.velocity.end(), moves))
+      warn(scene_.domain, "velocity",
+           "liquid does not stick to walls, no_slip is false: that they move does nothing");
   }
 
   void check_density(double density, const Source& source) {

@@ -59,10 +59,11 @@ Status WorldImpl::check_saved(const SavedState& v, int slot) const {
     return invalid("load_state: slot: nothing is saved under ", slot,
                    "; call save_state() first, of a World that has not halted");
   if (dirty_ || v.layout != layout_)
-    return invalid("load_state: slot: what was saved under ", slot,
-                   " is lost: something was added, removed, held, let go or restored, forces or events began "
-                   "to be watched, a material "
-                   "(set_material) or the plan changed; save again, or restore a snapshot");
+    return invalid(
+        "load_state: slot: what was saved under ", slot,
+        " is lost: something was added, removed, held, let go, settled or restored, forces or events began "
+        "to be watched, a material "
+        "(set_material) or the plan changed; save again, or restore a snapshot");
   return {};
 }
 

@@ -258,6 +258,10 @@ TEST(Scene, WarnsOfUnitsThatLookLikeSlips) {
   EXPECT_NE(warning_of({"materials.water.heat_capacity=4.186"}).find("kilojoules? Then write 4186"),
             std::string::npos);
   EXPECT_EQ(warning_of({"materials.ice.heat_capacity=120"}), "");  // uranium's is 116
+  const char* const lid = "domain.velocity={+y: [1, 0, 0]}";
+  EXPECT_EQ(warning_of({lid}), "");
+  EXPECT_NE(warning_of({lid, "domain.no_slip=false"}).find("domain.velocity: liquid does not stick to walls"),
+            std::string::npos);
   // Molten metal is hot: no water, and no solid far above its melting point.
   EXPECT_EQ(warning_of({"materials.water.density=7000", "materials.water.heat_capacity=500",
                         "fluids[0].temperature=1500"}),
