@@ -26,6 +26,8 @@ constexpr double most_frames = 1e7;
 constexpr double most_rounding = 0.01;  // of places in files, in spacings
 // Heavy metals have 116 J/(kg K) and more, mercury melts with 1.2e4 J/kg: what lies far below was meant in kJ.
 constexpr double least_capacity = 20, least_latent_heat = 1500;
+// What changes no temperature of a solution in water by a tenth of a degree nobody gives: in kJ/kg sugar has 16, salt 66.
+constexpr double least_heat_of_solution = 400;
 // Below three times the largest speed the density of the liquid varies by more than a tenth.
 constexpr double least_mach = 3;
 // A mesh in millimetres is a thousand times too large; one of that many domains is no obstacle anybody meant.
@@ -106,6 +108,7 @@ class Units {
     check_kilojoules(material.desc.heat_capacity, least_capacity, "heat_capacity", "J/(kg K)",
                      material.source);
     check_kilojoules(material.desc.latent_heat, least_latent_heat, "latent_heat", "J/kg", material.source);
+    check_solution(material);
     const double melts = material.desc.melting_point;
     if (std::abs(melts - zero_celsius) < 0.2 || is_converted(melts)) {
       warn(material.source, "melting_point",
@@ -116,6 +119,21 @@ class Units {
            "is of no use: it is of melting, and the material has no melting_point; give it one and "
            "`becomes`, or give latent_heat to the solid that becomes it");
     }
+  }
+
+  /// The heat of solution of a species, and a heat capacity that it does not have.
+  void check_solution(const SceneMaterial& species) {
+    if (species.dissolves_in.empty()) return;
+    const double heat = species.desc.heat_of_solution;
+    if (heat != 0 && std::abs(heat) < least_heat_of_solution)
+      warn(species.source, "heat_of_solution",
+           fmt::format("{:g} J/kg changes next to nothing; kilojoules? Then write {:g}", heat, 1000 * heat));
+    const double own = species.desc.heat_capacity, solvent = material(species.dissolves_in).heat_capacity;
+    if (species.source.keys.count("heat_capacity") > 0 && std::abs(own - solvent) > 1e-3 * solvent)
+      warn(species.source, "heat_capacity",
+           fmt::format(
+               "{:g} J/(kg K) is not used: as a body and dissolved it has {:g}, the heat capacity of \"{}\"",
+               own, solvent, species.dissolves_in));
   }
 
   /// 253.15, 1373.15: whole degrees Celsius that were converted to Kelvin.

@@ -225,7 +225,10 @@ const Options<SceneBody>& body_options() {
               "covers its face to it")
           .echoed_if_set(),
       custom<D>(
-          "surface", "surface", "", "what heat does at the dry part of its surface, keys below",
+          "surface", "surface", "",
+          "what heat does at the dry part of its surface, keys below. What has melted and stays on it covers "
+          "it: "
+          "`heat.free_surface` heats through that",
           {{"$ref", "#/$defs/surface_heat"}},
           [](const Node& value, D& d) { d.desc.surface = load_surface(value); },
           [](const D& d) { return surface_json(d.desc.surface); }),

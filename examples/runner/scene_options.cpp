@@ -421,7 +421,8 @@ const Options<SceneMaterial>& material_options() {
       property("conductivity", &M::conductivity, &M::conductivity_points, "W/(m K)", "0.6",
                "[W/(m K)], above 0")
           .also_called({"thermal_conductivity"}),
-      property("heat_capacity", &M::heat_capacity, &M::heat_capacity_points, "J/(kg K)", "4186", "[J/(kg K)]")
+      property("heat_capacity", &M::heat_capacity, &M::heat_capacity_points, "J/(kg K)", "4186",
+               "[J/(kg K)]; a species has that of its solvent, as a body too")
           .also_called({"specific_heat", "specific_heat_capacity"}),
       maybe_number<D>("diffusivity", "diffusivity", MEMBER(desc.diffusivity), "m^2/s", at_least(0), "",
                       "[m^2/s]; replaces the conductivity; 0 insulates"),

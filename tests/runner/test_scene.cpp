@@ -258,6 +258,15 @@ TEST(Scene, WarnsOfUnitsThatLookLikeSlips) {
   EXPECT_NE(warning_of({"materials.water.heat_capacity=4.186"}).find("kilojoules? Then write 4186"),
             std::string::npos);
   EXPECT_EQ(warning_of({"materials.ice.heat_capacity=120"}), "");  // uranium's is 116
+  const std::string sugar =
+      "materials.sugar={density: 1590, dissolves_in: water, solubility: 0.6, diffusivity_in: 1e-9";
+  EXPECT_EQ(warning_of({sugar + ", heat_of_solution: 1.6e4}"}), "");
+  EXPECT_NE(warning_of({sugar + ", heat_of_solution: -16}"})
+                .find("heat_of_solution: -16 J/kg changes next to nothing; "
+                      "kilojoules? Then write -16000"),
+            std::string::npos);
+  EXPECT_NE(warning_of({sugar + ", heat_capacity: 1250}"}).find("heat_capacity: 1250 J/(kg K) is not used"),
+            std::string::npos);
   const char* const lid = "domain.velocity={+y: [1, 0, 0]}";
   EXPECT_EQ(warning_of({lid}), "");
   EXPECT_NE(warning_of({lid, "domain.no_slip=false"}).find("domain.velocity: liquid does not stick to walls"),
