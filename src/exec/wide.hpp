@@ -8,8 +8,8 @@
 // Without fused multiply-add, which would be worth little here: results then have the same bits on every CPU,
 // wide or not, and what two bodies compute by one formula stays equal to the last bit.
 //
-// Only bodies that say so (`static constexpr bool wide = true`) are compiled twice: those whose time is that of a sub-step. To
-// flatten takes three times as long to compile.
+// Only bodies that say so (`static constexpr bool wide = true`) are compiled twice, those in which the time of runs and pictures goes,
+// because what is flattened takes long to compile.
 //
 // MELTSIM_ONE_WIDTH leaves the wider code out: the same source twice tells a sanitizer nothing, and takes most of the time.
 #pragma once

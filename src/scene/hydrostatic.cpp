@@ -646,6 +646,15 @@ void WorldImpl::lay_out() {
   laid_out_ = {};
 }
 
+/// Derives the speed of sound between steps. Liquid that is compressed for another one is laid out, to be compressed anew.
+void WorldImpl::derive_sound_anew() {
+  const double sound = sound_speed_;
+  derive_sound_speed();
+  if (sound_speed_ == sound || steps != 0 || laid_out_.empty()) return;
+  update_state();
+  lay_out();
+}
+
 /// Ahead of what reads or moves particles: what is read before the first step is what the step begins with.
 void WorldImpl::start_at_rest() {
   if (desc.hydrostatic_start && steps == 0 && dirty_)

@@ -162,7 +162,8 @@ Status WorldImpl::set_material(MaterialId id, const MaterialDesc& m) {
   if (dirty_) return {};  // prepare() goes by it
   if (tension) {
     look_now_ = true;
-    derive_sound_speed();
+    derive_sound_anew();
+    if (dirty_) return {};
   }
   derive_limits();  // stable_dt() tells what the next step will be
   look_for_refusal();
@@ -277,12 +278,7 @@ void WorldImpl::see_speed(double speed) {
   if (!(speed > seen_.speed)) return;
   seen_.speed = speed;
   const double sound = sound_speed_;
-  if (sound > 0) derive_sound_speed();
-  if (sound_speed_ != sound && steps == 0 &&
-      !laid_out_.empty()) {  // liquid that starts at rest is compressed by another speed of sound
-    update_state();
-    lay_out();
-  }
+  if (sound > 0) derive_sound_anew();
   if (dirty_) return;
   derive_limits();
   if (sound_speed_ != sound) plan_changed_ = true;

@@ -735,6 +735,7 @@ class WorldImpl final : public Scheduler {
   void take_places_of(const WorldImpl& calm, Settled& done);
   // scene/hydrostatic.cpp
   void lay_out();
+  void derive_sound_anew();
   void start_at_rest();
   void press_liquid();
   std::vector<std::uint32_t> hanging() const;
