@@ -30,8 +30,9 @@ void check_ambient(const std::optional<Node>& surface, Scene& scene) {
 std::string text_of(const meltsim::SurfaceHeatDesc& surface) {
   std::string text;
   const Json json = surface_json(surface);
+  const bool exchanges = surface.convection != 0 || surface.emissivity != 0;
   for (const auto& [key, value] : json.items())
-    if (key == "ambient" || value.get<double>() != 0)
+    if (key == "ambient" ? exchanges : value.get<double>() != 0)
       text += fmt::format("{}{}: {:g}", text.empty() ? "" : ", ", key, value.get<double>());
   return "{" + text + "}";
 }
@@ -53,6 +54,29 @@ void check_frozen_surface(Scene& scene) {
   }
 }
 
+/// Heat that is to melt a body through its own surface: melt that stays covers it. Where gravity takes the melt away only a flux is meant to go on, like that
+/// of a lamp or a laser.
+void check_covered_surface(Scene& scene) {
+  if (acts(scene.world.heat.free_surface) || scene.world.heat.model == meltsim::HeatModel::none) return;
+  const bool stays = length(scene.world.gravity) == 0;
+  for (const SceneBody& body : scene.bodies) {
+    const auto material = std::find_if(scene.materials.begin(), scene.materials.end(),
+                                       [&](const SceneMaterial& m) { return m.desc.name == body.material; });
+    if (material == scene.materials.end() || material->becomes.empty()) continue;
+    const meltsim::SurfaceHeatDesc& s = body.desc.surface;
+    const double melts = material->desc.melting_point;
+    const bool exchanges = (s.convection > 0 || s.emissivity > 0) && s.ambient > melts;
+    const bool heats =
+        s.flux > 0 || (stays && (exchanges || s.temperature.value_or(-meltsim::infinity) > melts));
+    if (!heats) continue;
+    scene.warnings.push_back(
+        fmt::format("{}: {}.surface: is of what is dry of \"{}\": what has melted and stays on it covers it, "
+                    "and there no heat comes in "
+                    "any more; for heat that goes on through the melt add heat.free_surface: {}",
+                    body.source.where, body.source.path, body.desc.name, text_of(s)));
+  }
+}
+
 }  // namespace
 
 void check_heat(const Node& root, Scene& scene) {
@@ -64,6 +88,7 @@ void check_heat(const Node& root, Scene& scene) {
   if (const auto bodies = root.find("bodies"))
     for (const Node& body : bodies->items("bodies")) check_ambient(body.find("surface"), scene);
   check_frozen_surface(scene);
+  check_covered_surface(scene);
 }
 
 }  // namespace runner

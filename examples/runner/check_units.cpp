@@ -26,6 +26,7 @@ constexpr double most_frames = 1e7;
 constexpr double most_rounding = 0.01;  // of places in files, in spacings
 // Heavy metals have 116 J/(kg K) and more, mercury melts with 1.2e4 J/kg: what lies far below was meant in kJ.
 constexpr double least_capacity = 20, least_latent_heat = 1500;
+constexpr double most_tension = 5;  // N/m; liquid rhenium has 2.7
 // What changes no temperature of a solution in water by a tenth of a degree nobody gives: in kJ/kg sugar has 16, salt 66.
 constexpr double least_heat_of_solution = 400;
 // Below three times the largest speed the density of the liquid varies by more than a tenth.
@@ -59,6 +60,7 @@ class Units {
     for (const SceneEmitter& emitter : scene_.emitters)
       check_temperature(emitter.material, emitter.desc.temperature, emitter.source);
     check_surroundings();
+    check_whole_kelvin();
     check_starts();
     check_filling();
     // Of another shape than a mesh, a region may be as large as one likes: it heats what there is.
@@ -109,6 +111,10 @@ class Units {
                      material.source);
     check_kilojoules(material.desc.latent_heat, least_latent_heat, "latent_heat", "J/kg", material.source);
     check_solution(material);
+    if (material.desc.surface_tension > most_tension)
+      warn(material.source, "surface_tension",
+           fmt::format("{:g} N/m is more than any liquid has; mN/m? Then write {:g}",
+                       material.desc.surface_tension, material.desc.surface_tension / 1000));
     const double melts = material.desc.melting_point;
     if (std::abs(melts - zero_celsius) < 0.2 || is_converted(melts)) {
       warn(material.source, "melting_point",
@@ -192,6 +198,30 @@ class Units {
     if (!(far && !heater && temperature > hottest + far_above) && !is_converted(temperature)) return;
     scene_.warnings.push_back(fmt::format("{}: {}: {:g} degrees Celsius; Kelvin? Then write {:.4g}",
                                           given.where(), given.path(), temperature, celsius));
+  }
+
+  /// Scenes of a cold world that is all warm: nothing is below a temperature that only Kelvin has for the coldest thing of a scene.
+  void check_whole_kelvin() {
+    std::vector<double> all;
+    for (const SceneMaterial& m : scene_.materials)
+      if (std::isfinite(m.desc.melting_point)) all.push_back(m.desc.melting_point);
+    for (const SceneFluid& fluid : scene_.fluids) all.push_back(fluid.desc.temperature);
+    for (const SceneBody& body : scene_.bodies) all.push_back(body.desc.temperature);
+    for (const SceneEmitter& e : scene_.emitters) all.push_back(e.desc.temperature);
+    for (const Node& place : surroundings())
+      for (const char* key : {"temperature", "ambient"})
+        if (const auto given = place.find(key)) all.push_back(given->number("degrees Celsius"));
+    if (all.empty() || std::any_of(all.begin(), all.end(), is_converted)) return;
+    const double coldest = *std::min_element(all.begin(), all.end());
+    const auto is_round = [](double t) { return std::abs(std::remainder(t, 10)) < 1e-9; };
+    // Room temperature and that of ice: 253 to 313. A preheated part is at 250 or 300 degrees, beside others that are as round.
+    if (coldest < 250 || coldest > 315 ||
+        (is_round(coldest) && std::all_of(all.begin(), all.end(), is_round)))
+      return;
+    scene_.warnings.push_back(
+        fmt::format("{}: nothing is colder than {:g} degrees Celsius; Kelvin? Temperatures are in degrees "
+                    "Celsius: {:g} K are {:.4g}",
+                    scene_.file, coldest, coldest, coldest - zero_celsius));
   }
 
   /// Walls, surfaces and heat regions.

@@ -30,9 +30,11 @@
 #include "numbers.hpp"
 #include "rehearsal.hpp"
 #include "run_directory.hpp"
+#include "saturation.hpp"
 #include "show/frame_export.hpp"
 #include "show/programs.hpp"
 #include "stepper.hpp"
+#include "thin_layers.hpp"
 #include "thin_walls.hpp"
 
 namespace runner {
@@ -69,6 +71,7 @@ class Check {
     for (const std::string& warning : missing_mass(scene, built)) warn(warning);
     for (const std::string& warning : deep_bodies(scene)) warn(warning);
     for (const std::string& warning : thin_walls(scene, built)) warn(warning);
+    for (const std::string& warning : thin_layers(scene, built)) warn(warning);
     for (const std::string& warning : enclosed_liquid(scene, built)) warn(warning);
     for (const std::string& warning : uneven_regions(scene)) warn(warning);
     if (now_.solid > 0)
@@ -303,6 +306,7 @@ class Check {
       line("species", all[all.size() - 1 - k] + (shown < all.size() && k + 1 == shown
                                                      ? fmt::format("; and {} more", all.size() - shown)
                                                      : std::string()));
+    for (const Saturation& s : saturations(scene_, built_)) line("", saturation_text(s));
     if (const int sweeps = built_.world.resolved().solute_supersteps; sweeps > 1) {
       line("", fmt::format("{} sweeps over all neighbours per species and sub-step", sweeps));
       const double taken = std::ceil(sweeps * substep() / built_.world.stable_dt() - 1);
@@ -450,19 +454,29 @@ class Check {
 
   /// [W] Of heat.regions.
   void print_sources() {
-    for (const RegionPower& r : region_powers(scene_, built_))
+    for (const RegionPower& r : region_powers(scene_, built_)) {
+      if (r.particles == 0) idle_regions_.push_back(r.region->desc.name);
       line("source",
            fmt::format("\"{}\": {:.4g} W in the {} particles that are in it at the start{}",
                        r.region->desc.name, r.power, count_text(r.particles),
                        r.region->desc.from > 0 ? fmt::format(", from t={:g} s on", r.region->desc.from)
                                                : std::string()));
+    }
+    const bool still = now_.fluid == 0 && scene_.emitters.empty() &&
+                       std::all_of(scene_.bodies.begin(), scene_.bodies.end(), [](const SceneBody& b) {
+                         return b.desc.fixed || b.desc.motion == meltsim::Motion::fixed;
+                       });
+    if (!still || !heat_sources_text(scene_, idle_regions_).empty()) return;  // else liquid may come
+    for (const std::string& name : idle_regions_)
+      warn(fmt::format(
+          "heat.regions: nothing is in \"{}\", and nothing comes there: it heats nothing; move it", name));
   }
 
   void print_heat() {
     const bool melts = std::any_of(scene_.materials.begin(), scene_.materials.end(),
                                    [](const SceneMaterial& m) { return !m.becomes.empty(); });
     if (built_.meltable == 0 || !melts) return;
-    const std::string others = heat_sources_text(scene_);
+    const std::string others = heat_sources_text(scene_, idle_regions_);
     if (balance_) line("heat", heat_balance_text(*balance_, others));
     else if (!others.empty()) line("heat", "also from " + others);
   }
@@ -495,9 +509,11 @@ class Check {
     }
   }
 
-  /// Share of the solid that can melt at all: in an insulated box, what the heat in it is enough for; else 1, as where something dissolves.
+  /// Share of the solid that can melt or dissolve at all: in an insulated box, what the heat in it is enough for, and what saturates the liquid;
+  /// else 1.
   double most_that_melts() const {
-    return built_.dissolves || !balance_ || !heat_sources_text(scene_).empty() ? 1 : balance_->melts;
+    return most_that_goes(scene_, built_,
+                          !balance_ || !heat_sources_text(scene_).empty() ? 1 : balance_->melts);
   }
 
   /// Whether a scene is about what freezes: nothing in it melts.
@@ -649,6 +665,7 @@ class Check {
   std::optional<HeatBalance> balance_;
   bool verbose_;
   std::vector<std::string> warnings_, doubts_;
+  std::vector<std::string> idle_regions_;  ///< with nothing in them at the start
 };
 
 }  // namespace

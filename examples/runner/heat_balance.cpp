@@ -254,7 +254,7 @@ double emitted_volume(const Scene& scene, const meltsim::EmitterDesc& desc) {
   return desc.max_particles > 0 ? std::min(volume, static_cast<double>(desc.max_particles) * cell) : volume;
 }
 
-std::string heat_sources_text(const Scene& scene) {
+std::string heat_sources_text(const Scene& scene, const std::vector<std::string>& idle) {
   std::vector<std::string> names;
   if (std::any_of(scene.world.domain.heat.begin(), scene.world.domain.heat.end(),
                   [](const meltsim::SurfaceHeatDesc& surface) { return acts(surface); }))
@@ -265,7 +265,9 @@ std::string heat_sources_text(const Scene& scene) {
     if (body.desc.heat_source != 0) names.push_back(fmt::format("the source in \"{}\"", body.desc.name));
   }
   for (const SceneHeatRegion& region : scene.heat_regions)
-    names.push_back(fmt::format("region \"{}\"", region.desc.name));
+    if (std::find(idle.begin(), idle.end(), region.desc.name) == idle.end())
+      names.push_back(
+          fmt::format("region \"{}\"{}", region.desc.name, region.desc.source < 0 ? " (cools)" : ""));
   for (const SceneEmitter& emitter : scene.emitters)
     if (!is_counted(emitter)) names.push_back(fmt::format("emitter \"{}\"", emitter.desc.name));
   constexpr std::size_t most = 3;

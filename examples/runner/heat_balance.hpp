@@ -29,7 +29,8 @@ std::optional<HeatBalance> heat_balance(const Scene& scene, Built& built);
 /// `others`: what else brings or takes heat, in words, or empty.
 std::string heat_balance_text(const HeatBalance& balance, const std::string& others);
 /// "walls, emitter \"jet\"": what the balance of an insulated box leaves out; empty where there is nothing.
-std::string heat_sources_text(const Scene& scene);
+/// idle: names of regions that heat nothing.
+std::string heat_sources_text(const Scene& scene, const std::vector<std::string>& idle = {});
 
 /// [m^3] What an emitter that is no reservoir brings until the end of the scene.
 double emitted_volume(const Scene& scene, const meltsim::EmitterDesc& desc);

@@ -215,7 +215,8 @@ const Options<SceneBody>& body_options() {
       vector<D>("pivot", "pivot", MEMBER(desc.pivot), "m", "its centre",
                 "of a kinematic body: what it turns about [m]"),
       number<D>("max_speed", "max_speed", MEMBER(desc.max_speed), "m/s", at_least(0), "0",
-                "of a kinematic body: largest speed of any point of it [m/s]")
+                "largest speed that any point of the body will have [m/s], where that is more than what it "
+                "starts with and falls makes it: sound is ten times as fast")
           .echoed_if_set(),
       flag<D>("carve", "carve", MEMBER(desc.carve), "true",
               "liquid inside the body is carved away; `false`: it is refused"),

@@ -101,6 +101,7 @@ Frame Recorder::count(const Built& built, std::uint64_t index, StatsRow row, mel
   row.melted_fraction = share(net_melted(row.totals.melted, row.totals.frozen), meltable);
   row.courant = reading.ledger.courant;
   row.solute = reading.ledger.solute;
+  row.dissolved = reading.ledger.dissolved;
   row.solution = reading.ledger.solution;
   row.left = reading.result.removed;
   row.entered = reading.result.entered;

@@ -131,7 +131,7 @@ namespace {
 /// The share that goes until `end`, and when all of it will have.
 std::string share_text(const Rehearsal& seen, const Built& built, double end, double most, bool broken_off) {
   const double share = seen.melted_at(end), all = seen.time_of(1);
-  const char* verb = built.melts ? "melts" : "dissolves";
+  const char* verb = !built.melts ? "dissolves" : built.dissolves ? "melts or dissolves" : "melts";
   std::string text;
   if (share >= 1) text = fmt::format("everything {} by about t={:.2g} s", verb, all);
   else if (share < least_share) text = fmt::format("next to nothing {} by t={:g} s", verb, end);
@@ -156,7 +156,10 @@ std::string melting_text(const Rehearsal& seen, const Built& built, double end, 
     return fmt::format("{:.2g} % of the solid by t={:.2g} s ({}); beyond that it was not tried", 100 * melted,
                        until, how);
   return fmt::format("{} (extrapolated: {}, when {:.2g} % had {})", share_text(seen, built, end, most, true),
-                     how, 100 * melted, built.melts ? "melted" : "dissolved");
+                     how, 100 * melted,
+                     !built.melts      ? "dissolved"
+                     : built.dissolves ? "melted or dissolved"
+                                       : "melted");
 }
 
 std::string freezing_text(const Rehearsal& seen, const Built& built, double end) {

@@ -18,6 +18,7 @@
 #include "missing_mass.hpp"
 #include "resumed_scene.hpp"
 #include "scene_json.hpp"
+#include "thin_layers.hpp"
 #include "thin_walls.hpp"
 
 namespace runner {
@@ -94,6 +95,7 @@ void Run::warn_of_walls() {
   const meltsim::StepResult now = built_.world.synchronize();
   if (now.fluid + now.solid > most) return;
   for (const std::string& warning : thin_walls(scene_, built_)) log_.warn(warning);
+  for (const std::string& warning : thin_layers(scene_, built_)) log_.warn(warning);
   for (const std::string& warning : enclosed_liquid(scene_, built_)) log_.warn(warning);
 }
 

@@ -38,7 +38,8 @@ inline const List motion{"free", "fixed", "kinematic", "rigid"};  ///< in the or
 inline const List end_when{"time", "melted"};
 inline const List stray{"remove", "halt"};
 inline const List heat_model{"none", "paper", "iwasaki", "enthalpy"};
-inline const List probe_field{"temperature", "pressure", "density", "velocity", "liquid_fraction"};
+inline const List probe_field{"temperature",     "pressure", "density", "velocity",
+                              "liquid_fraction", "solute1",  "solute2", "solute3"};
 inline const List force_field{"force", "moment", "contact_force", "contact_moment"};
 inline const List flux_field{"mass_flux", "volume_flux"};
 inline const List formats{"ply", "vtp", "surface", "obj", "glb", "usd", "pov", "png", "html"};

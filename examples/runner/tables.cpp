@@ -52,7 +52,10 @@ constexpr StatsColumn stats_table[] = {
     {"solute3_kg", false, [](const StatsRow& r) { return r.solute[2]; }},
     {"solution_J", false, [](const StatsRow& r) { return r.solution; }},
     {"n_left", true, [](const StatsRow& r) { return double(r.left); }},
-    {"n_entered", true, [](const StatsRow& r) { return double(r.entered); }}};
+    {"n_entered", true, [](const StatsRow& r) { return double(r.entered); }},
+    {"dissolved1_kg", false, [](const StatsRow& r) { return r.dissolved[0]; }},
+    {"dissolved2_kg", false, [](const StatsRow& r) { return r.dissolved[1]; }},
+    {"dissolved3_kg", false, [](const StatsRow& r) { return r.dissolved[2]; }}};
 static_assert(meltsim::most_species == 3);
 
 /// A column of bodies.csv, behind body, time_s and n.

@@ -22,7 +22,8 @@ struct StatsRow {
   double ms_per_step = 0;
   double courant = 0;  ///< of the last sub-step
   std::array<double, meltsim::most_species>
-      solute{};                         ///< of every species, in order of run.json's materials [kg]
+      solute{},                         ///< of every species, in order of run.json's materials [kg]
+      dissolved{};                      ///< of it what is dissolved [kg]
   double solution = 0;                  ///< heat that dissolving has taken up [J]
   std::uint64_t left = 0, entered = 0;  ///< particles so far: through open faces; below a level beyond one
 };

@@ -249,8 +249,9 @@ struct SolidDesc {
   /// Inertia of a proxy about its centre of mass, in the axes of the World as built [kg m^2]; all 0 = that of the mass spread
   /// evenly over the shape. Symmetric and positive; no principal moment may exceed the sum of the other two.
   Mat3<double> inertia{};
-  /// Largest speed that any point of a kinematic body or proxy will have [m/s]. The sound speed is at least ten times as
-  /// large; motions above half the sound speed are refused.
+  /// Largest speed that any point of a body will have [m/s]: of a kinematic body or proxy, or what the host will give a free or rigid one
+  /// (World::set_velocity). The sound speed is at least ten times as large from the start; motions of kinematic bodies above half the sound
+  /// speed are refused.
   double max_speed = 0;
   /// Heat through the dry surface of the body: the part that no liquid, wall or other body covers.
   SurfaceHeatDesc surface;

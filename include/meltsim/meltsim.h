@@ -268,7 +268,7 @@ typedef struct meltsim_solid_desc {
   double temperature;           /* [degrees Celsius] */
   double velocity[3];           /* of the centre of mass [m/s] */
   double angular_velocity[3];   /* about it [rad/s] */
-  double max_speed;             /* of a kinematic body or proxy: the largest that it will have [m/s] */
+  double max_speed;             /* the largest that any point of a body that moves will have [m/s] */
   meltsim_surface_heat surface; /* heat through the dry surface */
   double heat_source;           /* heat released in the body [W/m^3] */
   int32_t has_pivot;            /* whether `pivot` holds; 0: the centre of its particles */

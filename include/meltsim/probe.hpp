@@ -54,10 +54,11 @@ struct ProbeDesc {
   Vec3d along{0, 0, 0};
   double size[2] = {0, 0};  ///< lengths of these two sides [m]
   /// `point`, one or more of: "temperature" [degrees Celsius], "pressure" [Pa], "density" [kg/m^3], "speed" [m/s],
-  /// "velocity" [m/s, 3 values], "liquid_fraction" [0..1]. `force`, one or more of: "force" [N, 3 values] and "moment"
+  /// "velocity" [m/s, 3 values], "liquid_fraction" [0..1], "solute1" to "solute3" (mass fraction of a species [kg/kg], in the order in which their
+  /// materials were added). `force`, one or more of: "force" [N, 3 values] and "moment"
   /// [N m, 3 values] of the liquid, "contact_force" and "contact_moment" of bodies and walls in contact. `flux`, one or
   /// more of: "mass_flux" [kg/s], "volume_flux" [m^3/s, at rest density]. Each at most once. `level`, `heat`: none.
-  /// Pressure, speed and velocity are averages over liquid, the other values over all particles, weighted by the
+  /// Pressure, speed, velocity and mass fractions are averages over liquid, the other values over all particles, weighted by the
   /// smoothing kernel. NaN where no such particle is within H.
   std::vector<std::string> fields;
   /// Interval between samples [s]. A sample is due at from + k every, k = 0, 1, ..., and is taken in the sub-step that

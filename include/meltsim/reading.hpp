@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -87,6 +88,9 @@ struct Ledger {
   Vec3d field_impulse;                 ///< likewise [N s]
   /// Mass of every species, dissolved or not, in the order in which its materials were added [kg].
   std::array<double, most_species> solute{};
+  /// The part of `solute` that is dissolved [kg]: all of it but crystals, of which bodies of the species consist, and what liquid
+  /// holds beyond saturation of a species that precipitates.
+  std::array<double, most_species> dissolved{};
   /// Heat that the dissolved species have taken up (MaterialDesc::heat_of_solution) [J]: thermal and solution together change by
   /// heat_in alone.
   double solution = 0;
@@ -293,6 +297,10 @@ struct ReadTicket {
 
 /// Most readings of one World that may be open at a time.
 inline constexpr int most_readings = 4;
+/// Most points of World::sample() in one call.
+inline constexpr std::size_t most_sample_points = std::size_t{1} << 22;
+/// Most rays of World::cast_rays() in one call.
+inline constexpr std::size_t most_rays = std::size_t{1} << 20;
 
 }  // namespace v0
 }  // namespace meltsim

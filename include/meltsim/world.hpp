@@ -282,8 +282,8 @@ class MELTSIM_API World {
   /// saved before are lost. Errors: invalid_argument, halted, out_of_memory.
   Status hold(BodyId body, bool on = true);
   /// Sets the motion of a free body, all its pieces together, to a velocity of its centre of mass [m/s] and an angular
-  /// velocity about that [rad/s]; what it did beside that motion is gone. If it is faster than anything before, sound is
-  /// made faster as by set_gravity. Other errors: those of prepare(), halted.
+  /// velocity about that [rad/s]; what it did beside that motion is gone. If it is faster than anything before and than SolidDesc::max_speed, sound is
+  /// made faster as by set_gravity: sub-steps become shorter for good, and saved states are lost. Other errors: those of prepare(), halted.
   Status set_velocity(BodyId body, Vec3d velocity, Vec3d angular_velocity = {});
   /// Gives a free body, all its pieces together, an impulse at its centre of mass [N s] and an angular impulse about that
   /// [N m s], at once. The sound speed stays: impulses that make a body faster than a tenth of it compress liquid. A body
@@ -354,13 +354,13 @@ class MELTSIM_API World {
   /// deviations. Sub-steps are as long as those of step(dt), however many are taken, so that a short budget makes the
   /// simulation slower and never less stable. At least one is taken, so that a World goes on whatever the budget;
   /// TimedStep::over_budget then says that one alone takes longer. What is owed is forgotten: a host that is to catch up
-  /// adds it to the next dt. What is not of sub-steps (prepare(), a change of plan) counts towards the budget, but is
+  /// adds it to the next dt, however many sub-steps that makes: max_substeps bounds what one call takes, which the budget does here. What is not of sub-steps (prepare(), a change of plan) counts towards the budget, but is
   /// not cut short. Errors: invalid_argument (`milliseconds` not above 0; infinity is allowed; a World whose stream the host
   /// captures), those of step(); an interrupted one counts up to time(), as there.
   Result<TimedStep> step_within(double dt, double milliseconds);
 
   /// Takes the first `substeps` of the sub-steps of step(dt): all of them if there are no more. It repeats a
-  /// step_within(dt, ...) that took as many, on the same backend to the bit. Waits for them. Errors: those of step().
+  /// step_within(dt, ...) that took as many, on the same backend to the bit, whatever max_substeps. Waits for them. Errors: those of step().
   Result<TimedStep> step_part(double dt, std::uint64_t substeps);
 
   /// Makes the running step(), or else the next one that is not refused, return ErrorCode::interrupted before its next sub-step; on the CPU
@@ -443,7 +443,8 @@ class MELTSIM_API World {
   Status save_state(int slot);
   /// Goes back to a saved state, to the bit, also of a World that halted since. Does not wait, but for samples of probes and
   /// readings that are open. Probes, settings and forces on bodies are as after restore(), but that forces, events and
-  /// contacts go back to what they were. A saved state is lost when something is added or removed, restore() is called, or the plan changes (heat begins
+  /// contacts go back to what they were. A saved state is lost when something is added or removed, restore() is called, sound is made faster
+  /// (set_velocity() beyond SolidDesc::max_speed, a larger gravity, field or speed of an emitter), or the plan changes (heat begins
   /// or ends, the last solid has melted, emitters begin or end): keep a snapshot for that. Errors: invalid_argument (names what is
   /// wrong with the number), out_of_memory.
   Status load_state(int slot);

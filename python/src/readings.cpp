@@ -316,6 +316,12 @@ void bind_readings(nb::module_& m) {
       nb::sig("def solute(self) -> tuple[float, float, float]"),
       "Of every species, in the order in which its materials were added: dissolved or not [kg].");
   keep_numbers(ledger, &Ledger::solute);
+  ledger.get().def_prop_ro(
+      "dissolved",
+      [](const Ledger& l) { return nb::make_tuple(l.dissolved[0], l.dissolved[1], l.dissolved[2]); },
+      nb::sig("def dissolved(self) -> tuple[float, float, float]"),
+      "Of every species, what of it is dissolved [kg].");
+  keep_numbers(ledger, &Ledger::dissolved);
   ledger.add("step", &Ledger::step, "Sub-steps completed.")
       .add("time", &Ledger::time, "[s]")
       .add("fluid", &Ledger::fluid, "Liquid particles.")

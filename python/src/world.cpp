@@ -367,7 +367,7 @@ const Keys<SolidInput>& solid_keys() {
        [](SolidInput& input, const std::string& name, nb::handle v) {
          input.desc.pivot = v.is_none() ? std::nullopt : std::optional<Vec3d>(vector(name, v));
        }},
-      {"max_speed", "float", "of a kinematic body or proxy: the largest speed it will have [m/s]",
+      {"max_speed", "float", "the largest speed that any point of a body that moves will have [m/s]",
        d(&D::max_speed)},
       {"mass", "float", "of a proxy, above 0 [kg]", d(&D::mass)},
       {"inertia", "Sequence[Sequence[float]] | Sequence[float] | None",

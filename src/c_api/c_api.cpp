@@ -245,6 +245,12 @@ void put_bytes(const std::vector<std::uint8_t>& state, void* buffer, size_t capa
   std::memcpy(&given(static_cast<std::uint8_t*>(buffer), "buffer"), state.data(), state.size());
 }
 
+/// Ahead of reading as many: a count that is a slip reaches far beyond what the host has.
+void at_most(size_t count, size_t most, const char* name) {
+  if (count > most)
+    throw Refused{{ErrorCode::capacity, std::string(name) + ": at most " + std::to_string(most) + ", got " +
+                                            std::to_string(count) + "; ask in several calls"}};
+}
 void check_room(const meltsim_body_forces* forces, size_t struct_size, size_t capacity, size_t count) {
   check_room(forces, "forces", "meltsim_body_forces", struct_size, capacity, count);
 }
@@ -1271,6 +1277,7 @@ meltsim_status meltsim_world_sample(meltsim_world* world, const double* points, 
                                     const char* field, double* values) {
   return guarded([&] {
     if (point_count > 0) given(points, "points"), given(values, "values");
+    at_most(point_count, meltsim::most_sample_points, "point_count");
     std::vector<Vec3d> at;
     for (size_t i = 0; i < point_count; ++i) at.push_back(vec(points + 3 * i));
     const std::vector<double> found = expect(world_of(world).sample(at, std::string(&given(field, "field"))));
@@ -1282,6 +1289,7 @@ meltsim_status meltsim_world_cast_rays(meltsim_world* world, const meltsim_ray* 
                                        uint32_t sought, meltsim_ray_hit* hits, size_t struct_size) {
   return guarded([&] {
     if (ray_count > 0) given(rays, "rays");
+    at_most(ray_count, meltsim::most_rays, "ray_count");
     check_room(hits, "hits", "meltsim_ray_hit", struct_size, ray_count, ray_count);
     std::vector<meltsim::Ray> all;
     for (size_t k = 0; k < ray_count; ++k)

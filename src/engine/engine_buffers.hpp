@@ -165,9 +165,11 @@ class EngineBuffers {
   }
 
  private:
-  /// All channels except those that every sub-step recomputes and nothing reads after it.
+  /// All channels except those that every sub-step recomputes and nothing reads after it, and settings that the host changes in place: these are
+  /// the World's, wherever its state goes back to.
   static bool is_saved(int i) {
-    return i != field_neighbour_words && i != field_sort_key && i != field_sort_key_alt &&
+    const bool setting = i == field_force_fields || i == field_heat_regions;
+    return !setting && i != field_neighbour_words && i != field_sort_key && i != field_sort_key_alt &&
            i != field_sort_slot && i != field_sort_slot_alt;
   }
   static std::uint64_t padded(std::uint64_t bytes) { return (bytes + 255) / 256 * 256; }

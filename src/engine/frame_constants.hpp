@@ -143,7 +143,6 @@ void fill_faces(Constants<T>& k, const SceneConstants& c) {
   k.gap_scale =
       static_cast<T>(physics::gap_scale(physics::make_kernel<double>(c.support, c.spacing), c.spacing));
   k.free_layer = physics::make_free_layer<T>(c.support, c.spacing);
-  k.first_layer = physics::wall_area(k.wall_exchange, T(0.5) * k.spacing) * k.spacing;
   if (c.domain.bounded)
     for (int f = 0; f < 6; ++f) {
       const Face face = c.domain.faces[static_cast<std::size_t>(f)];

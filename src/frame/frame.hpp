@@ -323,7 +323,6 @@ struct Constants {
   physics::WallExchange<T> wall_exchange;
   physics::ConductionShare<T> conduction_share;
   physics::CentralViscosity<T> central_viscosity;
-  T first_layer{};  ///< share of a plane surface of a body that its first layer serves
   physics::FreeLayer<T> free_layer;
   std::uint32_t heat_regions = 0;
   std::uint32_t no_slip = 1;

@@ -241,6 +241,13 @@ MELTSIM_HD Quat<T> turn_of(const Frame<T>& w, std::uint64_t v) {
   return w.f.region_rotation[v];
 }
 
+/// The same where a World may keep no rotations, because nothing in it turns by itself.
+template <class T>
+MELTSIM_HD Quat<T> lattice_turn(const Frame<T>& w, std::uint64_t v) {
+  const bool carried = w.f.body_motion != nullptr && w.f.bodies[w.f.vertex_body[v]].motion == body_kinematic;
+  return carried || w.f.region_rotation != nullptr ? turn_of(w, v) : Quat<T>{};
+}
+
 /// A region's fit and where its vertex is.
 template <class T>
 struct PlacedFit {

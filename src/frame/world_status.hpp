@@ -79,11 +79,14 @@ struct SoundWork {
   }
 };
 
-/// The same of species: contents [kg], heat that what is dissolved has taken up [J].
+/// The same of species: contents, and of them what is dissolved [kg], heat that this has taken up [J].
 struct ContentSums {
-  double solute[most_species] = {}, solution = 0;
+  double solute[most_species] = {}, dissolved[most_species] = {}, solution = 0;
   MELTSIM_HD static ContentSums combine(ContentSums a, const ContentSums& b) {
-    for (int k = 0; k < most_species; ++k) a.solute[k] += b.solute[k];
+    for (int k = 0; k < most_species; ++k) {
+      a.solute[k] += b.solute[k];
+      a.dissolved[k] += b.dissolved[k];
+    }
     a.solution += b.solution;
     return a;
   }

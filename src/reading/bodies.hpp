@@ -100,8 +100,8 @@ struct ContentsBody {
       const double content = core::solute_at(w.s, k, i);
       const bool of_body = is_solid(tag) && material_of(tag) == species.solute;
       s.solute[k] = content;
-      s.solution +=
-          species.heat_of_solution * (content - physics::undissolved(species, content, mass, of_body));
+      s.dissolved[k] = content - physics::undissolved(species, content, mass, of_body);
+      s.solution += species.heat_of_solution * s.dissolved[k];
     }
     return s;
   }
@@ -224,11 +224,7 @@ template <class T>
 MELTSIM_HD Vec3<double> offset_in_piece(const ReadingFrame<T>& w, std::uint32_t row, std::uint32_t slot) {
   const Vec3<T> at = cast<T>(w.rows[row].at);
   const Vec3<double> d = cast<double>(spatial::separation(w.s.grid, xyz(w.s.f.position[slot]), at));
-  const auto turn = [&w](std::uint64_t v) {
-    const bool carried =
-        w.s.f.body_motion != nullptr && w.s.f.bodies[w.s.f.vertex_body[v]].motion == core::body_kinematic;
-    return carried || w.s.f.region_rotation != nullptr ? core::turn_of(w.s, v) : Quat<T>{};
-  };
+  const auto turn = [&w](std::uint64_t v) { return core::lattice_turn(w.s, v); };
   const std::uint32_t v = w.s.f.vertex_of_id[w.s.f.id[slot]];
   const Vec3<double> u = core::offset_in_piece(w.s, d, v, w.rows[row].first, turn);
   return {clamp(u.x, -w.size, w.size), clamp(u.y, -w.size, w.size), clamp(u.z, -w.size, w.size)};

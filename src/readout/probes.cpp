@@ -28,24 +28,35 @@ constexpr NamedField field_names[] = {
     {"temperature", SampleField::temperature}, {"pressure", SampleField::pressure},
     {"density", SampleField::density},         {"speed", SampleField::speed},
     {"velocity", SampleField::velocity},       {"liquid_fraction", SampleField::liquid_fraction},
+    {"solute1", SampleField::solute1},         {"solute2", SampleField::solute2},
+    {"solute3", SampleField::solute3},
 };
-static_assert(std::size(field_names) == physics::sample_fields);
+static_assert(std::size(field_names) == physics::sample_fields && physics::sample_species == most_species);
 
 constexpr std::uint64_t most_values = std::uint64_t{1} << 19;  // of one sample
 constexpr std::uint64_t usual_values = std::uint64_t{1} << 15, largest_region = std::uint64_t{1} << 20,
                         usual_samples = 256;
 constexpr std::uint64_t sample_regions = most_readings + 1;
-constexpr std::uint64_t most_points = std::uint64_t{1} << 22;
 constexpr double unbounded_reach = 512;  // of a gauge's line, in spacings
 
-Result<std::vector<SampleField>> fields_of(const std::string& what, const std::vector<std::string>& names) {
+/// species: how many the World has.
+Result<std::vector<SampleField>> fields_of(const std::string& what, const std::vector<std::string>& names,
+                                           std::size_t species) {
   std::vector<SampleField> fields;
   for (const std::string& name : names) {
     const auto* const known = std::find_if(std::begin(field_names), std::end(field_names),
                                            [&](const NamedField& f) { return name == f.name; });
     if (known == std::end(field_names))
-      return invalid(what, "fields: unknown \"", name,
-                     "\"; use temperature, pressure, density, speed, velocity or liquid_fraction");
+      return invalid(
+          what, "fields: unknown \"", name,
+          "\"; use temperature, pressure, density, speed, velocity, liquid_fraction or solute1 to solute",
+          most_species);
+    if (const auto k =
+            static_cast<std::size_t>(known->field) - static_cast<std::size_t>(SampleField::solute1);
+        known->field >= SampleField::solute1 && k >= species)
+      return invalid(what, "fields: \"", name, "\" is the content of species ", k + 1,
+                     ", and this World has ", species,
+                     "; add the material that dissolves first, or leave the field out");
     if (std::find(fields.begin(), fields.end(), known->field) != fields.end())
       return invalid(what, "fields: \"", name, "\" is listed twice; list it once");
     fields.push_back(known->field);
@@ -53,7 +64,7 @@ Result<std::vector<SampleField>> fields_of(const std::string& what, const std::v
   if (fields.empty())
     return invalid(what,
                    "fields: none is given; list at least one of temperature, pressure, density, speed, ",
-                   "velocity and liquid_fraction");
+                   "velocity, liquid_fraction and solute1 to solute", most_species);
   return fields;
 }
 
@@ -157,7 +168,7 @@ Status WorldImpl::check(const ProbeDesc& p, ProbeRecord& record) const {
       return invalid(what, "fields: a level has none, got \"", p.fields.front(), "\"; leave them out");
     record.width = 1;
   } else {
-    auto fields = fields_of(what, p.fields);
+    auto fields = fields_of(what, p.fields, species_.size());
     if (!fields) return fields.error();
     record.fields = *fields;
     record.width = width_of(record.fields);
@@ -198,7 +209,7 @@ std::vector<core::ProbeLine> WorldImpl::lines_of(const ProbeDesc& p) const {
     const double length = below + above,
                  intervals = std::max(1.0, std::ceil(2 * length / desc.spacing - 1e-6));
     core::ProbeLine line;
-    line.heights = static_cast<std::uint32_t>(std::min(intervals + 1, 2.0 * most_points));
+    line.heights = static_cast<std::uint32_t>(std::min(intervals + 1, 2.0 * most_sample_points));
     line.step = length / intervals;
     line.lowest = dot(x - origin_, u) - below;
     lines.push_back(line);
@@ -273,10 +284,10 @@ Result<ProbeId> WorldImpl::add_probe(const ProbeDesc& p) {
   };
   count(record.desc);
   for (const ProbeRecord& other : probes_) count(other.desc);
-  if (heights > most_points)
+  if (heights > most_sample_points)
     return Error{ErrorCode::capacity,
                  core::text("probe \"", record.desc.name, "\": points: gauges would look at ", heights,
-                            " heights, one per half spacing, more than ", most_points,
+                            " heights, one per half spacing, more than ", most_sample_points,
                             "; use fewer gauges or a lower domain")};
   collect_samples();
   probes_.push_back(std::move(record));
@@ -441,14 +452,14 @@ Result<std::vector<ProbeSeries>> WorldImpl::take_samples() {
 
 Result<std::vector<double>> WorldImpl::sample(const std::vector<Vec3d>& points,
                                               const std::vector<std::string>& names) {
-  const auto fields = fields_of("sample: ", names);
+  const auto fields = fields_of("sample: ", names, species_.size());
   if (!fields) return fields.error();
   for (const Vec3d& x : points)
     if (!finite(x)) return invalid("sample: points: must be finite, got ", x);
-  if (points.size() > most_points)
+  if (points.size() > most_sample_points)
     return Error{ErrorCode::capacity,
-                 core::text("sample: points: at most ", most_points, ", got ", std::uint64_t{points.size()},
-                            "; sample them in several calls")};
+                 core::text("sample: points: at most ", std::uint64_t{most_sample_points}, ", got ",
+                            std::uint64_t{points.size()}, "; sample them in several calls")};
   if (points.empty()) return std::vector<double>{};
   if (Status s = prepare(); !s) return s.error();
   core::ProbeSetup setup;

@@ -13,7 +13,6 @@ inline namespace v0 {
 using core::invalid;
 
 namespace {
-constexpr std::size_t most_rays = std::size_t{1} << 20;
 
 /// Its direction, of length 1.
 Result<Vec3d> checked_direction(const Ray& r, const std::string& what) {

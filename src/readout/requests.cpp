@@ -112,6 +112,7 @@ Ledger WorldImpl::ledger_of(const core::StateReading& s, const StepResult& r, co
   l.displaced = at.displaced;
   l.displaced_work = at.displaced_work;
   std::copy(std::begin(s.contents.solute), std::end(s.contents.solute), l.solute.begin());
+  std::copy(std::begin(s.contents.dissolved), std::end(s.contents.dissolved), l.dissolved.begin());
   l.solution = s.contents.solution;
   if (now.ledger_step == 0) {  // no sub-step since the upload
     l.max_speed = s.extents.speed;

@@ -6,6 +6,7 @@
 #include "frame/frame.hpp"
 #include "meltsim/physics/sampling.hpp"
 #include "shared/at_rest.hpp"
+#include "shared/solute_state.hpp"
 #include "spatial/around.hpp"
 
 namespace meltsim {
@@ -55,6 +56,9 @@ MELTSIM_HD physics::SampledParticle particle_at(const Frame<T>& w, std::uint32_t
   physics::SampledParticle p =
       physics::sampled(w.f.materials[material_of(tag)], is_fluid(tag), h, mass, static_cast<double>(volume),
                        phi, static_cast<double>(term), cast<double>(xyz(v)), fields);
+  for (std::uint32_t k = 0; k < w.species; ++k)
+    if ((fields & physics::sample_bit(physics::solute_field(k))) != 0u)
+      p.solute[k] = core::fraction_at(w, k, slot);
   if (is_fluid(tag) && asked(SampleField::pressure, SampleField::pressure, SampleField::pressure))
     p.pressure += static_cast<double>(core::at_rest(w, xyz(w.f.position[slot])).pressure);
   return p;

@@ -268,9 +268,10 @@ Status WorldImpl::NewBody::check() {
 Status WorldImpl::NewBody::check_motion() const {
   if (s_.held_until > 0 && (s_.fixed || proxy()))
     return invalid(what_, "held_until: only a free or rigid body can be let go; set motion to one of these");
-  if (!kinematic() && !proxy() && (s_.pivot || s_.max_speed != 0))
-    return invalid(what_, s_.pivot ? "pivot" : "max_speed",
-                   ": only of kinematic bodies and proxies; set motion to kinematic or proxy");
+  if (!kinematic() && !proxy() && s_.pivot)
+    return invalid(what_, "pivot: only of kinematic bodies and proxies; set motion to kinematic or proxy");
+  if (s_.motion == Motion::fixed && s_.max_speed != 0)
+    return invalid(what_, "max_speed: a fixed body does not move; leave it out, or let the body move");
   if (!(std::isfinite(s_.max_speed) && s_.max_speed >= 0))
     return invalid(what_, "max_speed: must be finite and >= 0 m/s, got ", s_.max_speed);
   if (s_.max_speed > most_speed)

@@ -67,14 +67,18 @@ MELTSIM_HD void set_room(const Frame<T>& w, std::uint64_t i, double room) {
 
 /// Potential and resistivity of slot i, which holds species k. Along surfaces the sum over neighbours lacks those beyond: the
 /// resistivity is corrected as that of heat is, with walls and everything that cannot hold the species counted as empty. That of crystals is
-/// of the whole pair, and marked.
+/// of the whole pair, and marked; a transfer coefficient is of a plane face in full, so that only walls are missing there.
 template <class T>
 MELTSIM_HD HeatOperand<T> solute_operand(const Frame<T>& w, std::uint32_t k, std::uint64_t i,
                                          const Content& content) {
   const SpeciesRow<T>& s = w.f.species[k];
   const T potential = static_cast<T>(content.drive.potential);
   if (content.crystal && s.surface_resistivity > T(0))
-    return {potential, core::marked(s.surface_resistivity)};
+    return {potential,
+            core::marked(s.surface_resistivity *
+                         physics::conduction_share(
+                             w.c.conduction_share,
+                             T(1) - physics::wall_cover(w.c.walls, w.c.kernel, xyz(w.f.position[i]))))};
   T phi = 0;
   spatial::for_each_neighbour(w, i, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>&, T r2) {
     if (holds(s, w.f.tag[j])) phi += xj.w * physics::kernel_value(w.c.kernel, std::sqrt(r2));

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "frame/frame.hpp"
+#include "frame/lattice.hpp"
 #include "meltsim/physics/heat.hpp"
 #include "meltsim/physics/phase_change.hpp"
 #include "shared/heat_operand.hpp"
@@ -54,13 +55,9 @@ struct HeatOperandsBody {
     });
     return beside;
   }
-  /// Walls count as filled as far as they conduct; so do surfaces of a held temperature, along which no heat
-  /// has to be conducted. sph.density counts the images in all walls, and all matter alike.
+  /// Walls count as filled as far as they conduct. sph.density counts the images in all walls, and all matter alike.
   MELTSIM_HD T share_of(std::uint64_t i, std::uint32_t tag) const {
     const bool at_surface = exposed(tag);
-    if (w.f.body_heat != nullptr && at_surface &&
-        w.f.body_heat[body_of(tag) - 1u].surface.kind == physics::SurfaceHeat::held)
-      return T(1);
     const Vec3<T> x = xyz(w.f.position[i]);
     const auto filled = [&](int face) { return wall_filled(face, tag); };
     if (w.f.density != nullptr && !(at_surface && w.f.clock->uneven_conductors != 0u)) {
@@ -340,23 +337,21 @@ struct BoundaryBody {
   }
   /// Dry surface of the particle: the part that no liquid, wall or other body covers.
   MELTSIM_HD physics::ParticleSurface<T> surface(std::uint64_t i) const {
-    const std::uint32_t body = body_of(w.f.tag[i]);
-    T own = 0, everything = 0;
-    Vec3<T> G{};
+    const std::uint32_t body = body_of(w.f.tag[i]), v = w.f.vertex_of_id[w.f.id[i]];
+    const Vec3<T> x = xyz(w.f.position[i]);
+    const auto flush = physics::flush_walls(w.c.wall_exchange, physics::wall_view(w.c.walls, x),
+                                            core::lattice_turn(w, v), w.f.neighbour_mask[v]);
+    physics::BodySums<T> s;
     spatial::for_each_neighbour(w, i, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>& x_ij, T r2) {
-      const T r = std::sqrt(r2), share = xj.w * physics::kernel_value(w.c.kernel, r);
       const std::uint32_t tag = w.f.tag[j];
-      everything += share;
-      if (!is_solid(tag) || body_of(tag) != body) return;
-      own += share;
-      G += x_ij * (xj.w * physics::kernel_laplacian(w.c.kernel, r, r2));
+      s.add(w.c.kernel, flush.view, xj.w, x_ij, r2, is_solid(tag) && body_of(tag) == body);
     });
-    everything += physics::wall_cover(w.c.walls, w.c.kernel, xyz(w.f.position[i]));
-    const std::uint32_t direct = w.f.neighbour_mask[w.f.vertex_of_id[w.f.id[i]]];
-    auto s =
-        physics::particle_surface(w.c.wall_exchange, w.f.position[i].w, length(G), direct, w.c.first_layer);
-    s.area *= physics::dry_share(own, everything);
-    return s;
+    s.everything += physics::wall_cover(w.c.walls, w.c.kernel, x, [&](int face) {
+      return ((flush.view.axes >> (face / 2)) & 1u) != 0u ? T(0) : T(1);
+    });
+    auto surface = physics::particle_surface(w.c.wall_exchange, w.f.position[i].w, length(s.G), flush.direct);
+    surface.area *= physics::dry_share(s.own, s.everything);
+    return surface;
   }
   /// Free surface of a particle of liquid. What sph.density summed is in heat_share until thermal.operands makes a share of it.
   MELTSIM_HD physics::ParticleSurface<T> free_surface(std::uint64_t i) const {

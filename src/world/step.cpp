@@ -261,20 +261,20 @@ std::string WorldImpl::fast_sound_text() const {
                                desc.density_error > 0 ? desc.density_error : physics::usual_density_error);
   if (desc.sound_speed != automatic || !(of_fall > 0) || sound_speed_ < usual * of_fall) return {};
   return core::text("; sound is at ", sound_speed_,
-                    " m/s for the fastest that anything was set to, and goes back by restore() alone");
+                    " m/s for the fastest that anything was set to, and goes back by restore() alone; "
+                    "step_within() takes as many as fit");
 }
 
-/// Refuses a step of more sub-steps than there may be; where the sound speed follows what moves, of more than at its
+/// Refuses a step of more than `most` sub-steps; where the sound speed follows what moves, of more than at its
 /// largest, so that whether a step is taken does not hang on a splash.
-Status WorldImpl::check_substeps(double dt) const {
+Status WorldImpl::check_substeps(double dt, double most) const {
   const double largest = std::min({static_dt_, motion_dt(), longest_substep});
   const double wanted = std::ceil(dt / largest * (1 - 1e-9));
-  if (!(wanted > desc.max_substeps)) return {};
-  return Error{
-      ErrorCode::step_too_large,
-      core::text("step: dt: ", dt, " s needs ", wanted, " sub-steps of at most ", largest,
-                 " s, more than max_substeps ", desc.max_substeps, "; step by at most ",
-                 0.999 * largest * desc.max_substeps, " s, or raise max_substeps", fast_sound_text())};
+  if (!(wanted > most)) return {};
+  return Error{ErrorCode::step_too_large,
+               core::text("step: dt: ", dt, " s needs ", wanted, " sub-steps of at most ", largest,
+                          " s, more than max_substeps ", most, "; step by at most ", 0.999 * largest * most,
+                          " s, or raise max_substeps", fast_sound_text())};
 }
 
 /// Ends a step ahead of time: after a number of sub-steps, or before one for which there is no time.
@@ -316,6 +316,10 @@ class WorldImpl::Limit {
     }
     if (taken > marked_) mark(taken);
     while (open_ != 0) learn();
+  }
+  /// Most sub-steps of a step: what bounds the work itself needs no other bound.
+  double most_substeps(double otherwise) const {
+    return timed() || substeps_ != ~std::uint64_t{0} ? 1e9 : otherwise;
   }
   double waited() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
   bool exceeded() const { return waited() > seconds_; }
@@ -596,13 +600,14 @@ Status WorldImpl::attempt(double dt, Limit* limit, TimedStep* done) {
     carried_speed_ = carried;
     return s;
   };
-  if (Status s = check_substeps(dt); !s)
+  const double most = limit != nullptr ? limit->most_substeps(desc.max_substeps) : double(desc.max_substeps);
+  if (Status s = check_substeps(dt, most); !s)
     return refused(s);  // before anything follows the plan of a step that is not taken
   const BeforePlan before{state_.heat_level, may_melt_, (facts_ & core::fact_melt) != 0, plan_until_};
   liquid_used_before_ = liquid_used_;
   if (Status s = follow_plan(dt); !s) return refused(not_taken(s, before));
   if (halted_) return halted_error();  // found out while it was prepared
-  if (Status s = check_substeps(dt); !s) return refused(not_taken(s, before));
+  if (Status s = check_substeps(dt, most); !s) return refused(not_taken(s, before));
   OngoingStep ongoing(*this, dt, limit);
   if (limit != nullptr) limit->begin();
   if (Status s = ongoing.take(); !s) return ongoing.refused() ? refused(not_taken(s, before)) : s;

@@ -657,7 +657,7 @@ class WorldImpl final : public Scheduler {
   const std::vector<core::BurstArguments>* due_bursts(double from, double until);
   double substeps_of(double dt) const;
   std::string fast_sound_text() const;
-  Status check_substeps(double dt) const;
+  Status check_substeps(double dt, double most) const;
   void viscous_plan(double dt, core::SubstepArguments& a) const;
   Status check_viscous_work(double dt, int supersteps) const;
   Status check_heat_work(double dt, double supersteps) const;

@@ -479,6 +479,9 @@ assert (hits[1].what, hits[1].wall, hits[1].body.generation) == (3, 2, 0) and ab
 rays[1].direction = Vec(0, 0, 0)
 assert lib.meltsim_world_cast_rays(box, rays, 2, 7, hits, c.sizeof(RayHit)) == 1 and "rays[1]: direction" in text()
 assert lib.meltsim_world_cast_rays(box, None, 0, 7, None, c.sizeof(RayHit)) == 1 and "rays" in text()
+# Counts that are slips are refused before anything is read.
+assert lib.meltsim_world_cast_rays(box, rays, 1 << 60, 7, hits, c.sizeof(RayHit)) == 5 and "ray_count: at most" in text()
+assert lib.meltsim_world_sample(box, (c.c_double * 3)(), 1 << 61, b"pressure", (c.c_double * 1)()) == 5 and "point_count: at most" in text()
 found, volume, bodies, each = c.c_uint64(9), c.c_double(9), (Id * 2)(), (c.c_uint64 * 2)()
 assert lib.meltsim_shape_box(Vec(0, 0, 0), Vec(1, 1, 1), c.byref(shape)) == 0, text()
 assert lib.meltsim_world_liquid_in(box, shape, c.byref(found), c.byref(volume)) == 0 and (found.value, volume.value) == (0, 0), text()

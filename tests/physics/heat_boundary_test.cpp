@@ -91,7 +91,6 @@ double lattice_area(int n, Inside inside, Counts counts) {
   const double support = 2.5, spacing = 1;
   const auto e = make_wall_exchange<double>(support, spacing);
   const auto k = make_kernel<double>(support, spacing);
-  const double first = wall_area(e, 0.5);
   double sum = 0;
   for (int z = -n; z <= n; ++z)
     for (int y = -n; y <= n; ++y)
@@ -110,7 +109,7 @@ double lattice_area(int n, Inside inside, Counts counts) {
                 G +=
                     Vec3<double>{double(-a), double(-b), double(-c)} * kernel_laplacian(k, std::sqrt(r2), r2);
             }
-        if (direct != (1u << 27) - 1) sum += particle_surface(e, 1.0, length(G), direct, first).area;
+        if (direct != (1u << 27) - 1) sum += particle_surface(e, 1.0, length(G), direct).area;
       }
   return sum;
 }
@@ -139,30 +138,14 @@ double turned_cube(double edge, const Vec3<double>& a, const Vec3<double>& b) {
   return sum / (offsets * 6 * edge * edge);
 }
 
-// What heat_boundary.hpp says of itself: 4 %, boxes along the lattice 0..+2 %. Factors of one for all but edges of boxes make
-// turned cubes of 6 spacings lose 4 to 9 %.
+// What heat_boundary.hpp says of itself: 4 %, boxes along the lattice the faces of their cells, however thin. Factors of one for all but edges of boxes
+// make turned cubes of 6 spacings lose 4 to 9 %.
 TEST(ParticleSurface, AddsUpToTheSurfaceOfTheBody) {
-  for (const int edge : {6, 8}) {
+  for (const int edge : {2, 3, 6, 8}) {
     const auto box = [&](int x, int y, int z) {
       return x >= 0 && y >= 0 && z >= 0 && x < edge && y < edge && z < edge;
     };
-    EXPECT_NEAR(lattice_area(edge, box) / (6.0 * edge * edge), 1.005, 0.012) << edge;
-  }
-  const double pi = 3.14159265358979;
-  for (const double radius : {4.0, 6.0, 8.0}) {
-    double sum = 0, cells = 0;
-    for (const double at : {0.0, 0.17, 0.33, 0.5}) {
-      const auto ball = [&](int x, int y, int z) {
-        return (x - at) * (x - at) + (y - 0.3) * (y - 0.3) + (z + at) * (z + at) <= radius * radius;
-      };
-      const int n = static_cast<int>(radius) + 2;
-      for (int z = -n; z <= n; ++z)
-        for (int y = -n; y <= n; ++y)
-          for (int x = -n; x <= n; ++x) cells += ball(x, y, z) ? 0.25 : 0;
-      sum += 0.25 * lattice_area(n, ball);
-    }
-    // Against a sphere of as many cells.
-    EXPECT_NEAR(sum / (4 * pi * std::pow(0.75 * cells / pi, 2.0 / 3.0)), 1, 0.04) << radius;
+    EXPECT_NEAR(lattice_area(edge, box) / (6.0 * edge * edge), 1, 1e-12) << edge;
   }
   const double s = std::sqrt(0.5);
   EXPECT_NEAR(turned_cube(6, {s, s, 0}, {-s, s, 0}), 1, 0.045);               // by 45 degrees
@@ -170,7 +153,29 @@ TEST(ParticleSurface, AddsUpToTheSurfaceOfTheBody) {
   EXPECT_NEAR(turned_cube(8, {2 / 3., 2 / 3., 1 / 3.}, {-2 / 3., 1 / 3., 2 / 3.}), 1, 0.045);
 }
 
-// Sheets and rods of one site, along each axis, and a single site: the faces of their cells, to rounding.
+// Balls against a sphere of as many cells: where anyone puts them first, about a site, the middle of a cell, of a face or of an edge, and at chance.
+// Steps of such a ball stand in rings of 4 to 24 alike, so that what one of them is off does not average out: 6 %. By |G| and factors for edges those of
+// 3 spacings were 29 % too large, those of 2 up to 42 %.
+TEST(ParticleSurface, BallsHaveTheirAreaWhereverTheyLie) {
+  const double pi = 3.14159265358979;
+  const Vec3<double> places[] = {{0, 0, 0}, {0.5, 0.5, 0.5}, {0.5, 0.5, 0}, {0.5, 0, 0}, {0.17, 0.3, 0.41}};
+  for (const double radius : {2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 8.0})
+    for (const Vec3<double>& at : places) {
+      int cells = 0;
+      const auto ball = [&](int x, int y, int z) {
+        return dot(Vec3<double>{double(x), double(y), double(z)} - at,
+                   Vec3<double>{double(x), double(y), double(z)} - at) <= radius * radius;
+      };
+      const int n = static_cast<int>(radius) + 2;
+      for (int z = -n; z <= n; ++z)
+        for (int y = -n; y <= n; ++y)
+          for (int x = -n; x <= n; ++x) cells += ball(x, y, z) ? 1 : 0;
+      EXPECT_NEAR(lattice_area(n, ball) / (4 * pi * std::pow(0.75 * cells / pi, 2.0 / 3.0)), 1, 0.06)
+          << radius << " at " << at.x << " " << at.y << " " << at.z;
+    }
+}
+
+// Sheets and rods of one site and of two, along each axis, and a single site: the faces of their cells, to rounding.
 TEST(ParticleSurface, SheetsRodsAndSingleSitesShowTheFacesOfTheirCells) {
   for (int axis = 0; axis < 3; ++axis) {
     const auto within = [&](int x, int y, int z, int thin, int wide, int high) {
@@ -183,27 +188,75 @@ TEST(ParticleSurface, SheetsRodsAndSingleSitesShowTheFacesOfTheirCells) {
     EXPECT_NEAR(area(1, 7, 5), 2 * (7 + 5 + 35), 1e-12) << axis;
     EXPECT_NEAR(area(1, 1, 6), 2 * (1 + 6 + 6), 1e-12) << axis;
     EXPECT_NEAR(area(1, 1, 1), 6, 1e-12) << axis;
-    // Two sites thick: by |G|, within what it is worth at edges.
-    EXPECT_NEAR(area(2, 7, 5) / (2 * (14 + 10 + 35)), 1, 0.06) << axis;
+    EXPECT_NEAR(area(2, 7, 5), 2 * (14 + 10 + 35), 1e-12) << axis;
+    EXPECT_NEAR(area(2, 2, 5), 2 * (4 + 10 + 10), 1e-12) << axis;
   }
 }
 
-// Planes of any orientation: the sites of a body without end whose columns along z lie in a window of 21^2. 5 %: for 4, the
-// window's rim cuts steps of the widest by up to a site.
+/// Sum of particle_surface over a cube of 4 sites in a corner of three walls, `gap` from each, whose lattice is turned by `turn`.
+double area_in_a_corner(double gap, const Quat<double>& turn) {
+  const double support = 2.5;
+  const auto e = make_wall_exchange<double>(support, 1);
+  const auto k = make_kernel<double>(support, 1);
+  WallBox<double> walls;
+  walls.max = {20, 20, 20};
+  walls.faces = 63;
+  walls.support = support;
+  double sum = 0;
+  const auto at = [&](int x, int y, int z) {  // the middle of the cube stays where it is
+    const Vec3<double> middle{2 + gap, 2 + gap, 2 + gap};
+    return middle + rotate(turn, Vec3<double>{x - 1.5, y - 1.5, z - 1.5});
+  };
+  for (int i = 0; i < 64; ++i) {
+    const int x = i % 4, y = i / 4 % 4, z = i / 16;
+    std::uint32_t sites = 0;
+    for (int c = 0; c < 27; ++c) {
+      const int a = x + c % 3 - 1, b = y + c / 3 % 3 - 1, d = z + c / 9 - 1;
+      if (a >= 0 && b >= 0 && d >= 0 && a < 4 && b < 4 && d < 4) sites |= 1u << c;
+    }
+    const auto flush = flush_walls(e, wall_view(walls, at(x, y, z)), turn, sites);
+    BodySums<double> s;
+    for (int j = 0; j < 64; ++j) {
+      const Vec3<double> x_ij = at(x, y, z) - at(j % 4, j / 4 % 4, j / 16);
+      if (dot(x_ij, x_ij) < k.support2) s.add(k, flush.view, 1, x_ij, dot(x_ij, x_ij), true);
+    }
+    const auto filled = [&](int face) { return (flush.view.axes >> (face / 2) & 1u) != 0u ? 0.0 : 1.0; };
+    s.everything += wall_cover(walls, k, at(x, y, z), filled);
+    if (sites != all_sites)
+      sum += particle_surface(e, 1.0, length(s.G), flush.direct).area * dry_share(s.own, s.everything);
+  }
+  return sum;
+}
+
+// A body in a corner shows its three free faces in full, however its lattice lies there, and to 0.2 spacings; from two spacings on, which is
+// out of the walls' reach but for a corner of the support, all six.
+TEST(ParticleSurface, EndsAtWallsThatTheBodyTouches) {
+  const double h = std::sqrt(0.5);
+  const Quat<double> turns[] = {{},           {h, h, 0, 0}, {h, 0, -h, 0},
+                                {h, 0, 0, h}, {0, 0, 1, 0}, {0.5, 0.5, 0.5, 0.5}};
+  for (const Quat<double>& turn : turns) {
+    EXPECT_NEAR(area_in_a_corner(0, turn), 48, 1e-9);
+    EXPECT_NEAR(area_in_a_corner(0.19, turn), 48, 1e-9);
+    EXPECT_NEAR(area_in_a_corner(2, turn), 96, 1e-9);
+  }
+}
+
+// Planes of any orientation: the sites of a body without end whose columns along z lie in a window of 21^2. 6 %: 1 to 3
+// of the formula, and the window's rim cuts steps by up to a row of sites.
 TEST(ParticleSurface, PlanesOfAnyOrientationHaveTheirArea) {
   const Vec3<double> normals[] = {{0, 0, 1}, {0, 1, 1}, {1, 1, 1}, {0, 1, 2},     {0, 1, 3},
                                   {1, 1, 2}, {1, 2, 2}, {1, 2, 5}, {0.3, 0.7, 1}, {0.5, 0.6, 0.8}};
   for (const auto& n : normals) {
     const auto beneath = [&](int x, int y, int z) { return dot(n, {x + 0.3, y + 0.1, z + 0.2}) <= 0; };
     const auto window = [](int x, int y, int) { return std::abs(x) <= 10 && std::abs(y) <= 10; };
-    EXPECT_NEAR(lattice_area(24, beneath, window) / (21 * 21 * length(n) / n.z), 1, 0.05)
+    EXPECT_NEAR(lattice_area(24, beneath, window) / (21 * 21 * length(n) / n.z), 1, 0.06)
         << n.x << " " << n.y << " " << n.z;
   }
 }
 
 // Plates across the lattice, where the sides of a row of sites cancel in G: they showed 0 of their surface at 45 degrees and, of two
-// spacings, 0.75 of it. Of one spacing a tenth: steps are up to 1.1 times as long as the plane. Thicker ones: three layers along a diagonal
-// of the cube are open to one side each, as far as direct neighbours tell, where G still cancels in part; they have 0.78.
+// spacings, 0.75 of it. A tenth for one spacing, where steps are up to 1.1 times as long as the plane; 13 % for those of 1.5 and 2, which are sampled as
+// one, two or three layers.
 TEST(ParticleSurface, PlatesAcrossTheLatticeShowBothSides) {
   const Vec3<double> normals[] = {{0, 1, 1}, {1, 1, 1}, {0, 1, 2}, {0, 1, 4}, {1, 2, 5}, {0.5, 0.6, 0.8}};
   const auto window = [](int x, int y, int) { return std::abs(x) <= 10 && std::abs(y) <= 10; };
@@ -222,7 +275,7 @@ TEST(ParticleSurface, PlatesAcrossTheLatticeShowBothSides) {
     EXPECT_NEAR(shown(n, 1), 1, 0.1) << n.x << " " << n.y << " " << n.z;
     for (const double thickness : {1.5, 2.0}) {
       const double share = shown(n, thickness);
-      EXPECT_TRUE(share > 0.77 && share < 1.1) << share << " of " << n.x << " " << n.y << " " << n.z;
+      EXPECT_NEAR(share, 1, 0.13) << thickness << " of " << n.x << " " << n.y << " " << n.z;
     }
   }
 }

@@ -77,7 +77,7 @@ TEST(Proxy, TumblesAsEulersEquationsSay) {
     m.first.angular_velocity = {0.1, 3, 0.2};
     const int n = k == 0 ? 2000 : 4000;
     m = moved(m, 2, diagonal(inertia.x, inertia.y, inertia.z), {}, {}, {}, time / n, n);
-    error[k] = length(rotate(physics::inverse(m.first.orientation), m.first.angular_velocity) - w);
+    error[k] = length(rotate(inverse(m.first.orientation), m.first.angular_velocity) - w);
   }
   EXPECT_LT(error[0], 2e-5);
   EXPECT_GT(error[0], 1e-12) << "nothing was compared";

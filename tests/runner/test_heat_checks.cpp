@@ -15,6 +15,8 @@
 #include "heat_regions.hpp"
 #include "load_scene.hpp"
 #include "rehearsal.hpp"
+#include "saturation.hpp"
+#include "thin_layers.hpp"
 
 namespace runner {
 namespace {
@@ -126,6 +128,61 @@ TEST(HeatChecks, AnAmbientAloneMovesNoHeat) {
   EXPECT_EQ(read_with({"bodies[0].surface={convection: 0, ambient: 25}"}), "");  // as one of a series
 }
 
+// What melts under a flux and stays covers the body, and the flux stops: a plate of steel took 19 J of 40. Where gravity takes melt away air and
+// held temperatures go on; without gravity they stop likewise.
+TEST(HeatChecks, AFluxThatItsOwnMeltStopsIsWarnedOf) {
+  const std::string seed = "bodies[0].growth=0", grows = "materials.als.freezes=false",
+                    down = "solver={gravity: [0, -9.81, 0]}", flux = "bodies[0].surface={flux: 1e6}",
+                    air = "bodies[0].surface={convection: 50, ambient: 900}";
+  EXPECT_EQ(read_with({seed, grows, flux}),
+            "chill.yaml:10:10: bodies[0].surface: is of what is dry of \"seed\": what has melted and stays "
+            "on it covers it, and there no "
+            "heat comes in any more; for heat that goes on through the melt add heat.free_surface: {flux: "
+            "1e+06}\n");
+  EXPECT_NE(read_with({seed, grows, flux, down}), "");
+  EXPECT_NE(read_with({seed, grows, air}), "");
+  EXPECT_EQ(read_with({seed, grows, air, down}), "");
+  EXPECT_EQ(read_with({seed, grows, "bodies[0].surface={flux: -1e6}"}), "");
+  EXPECT_EQ(read_with({seed, grows, "bodies[0].surface={convection: 50, ambient: 300}"}), "");
+  EXPECT_EQ(read_with({seed, grows, flux, "heat.free_surface={flux: 1e6}"}), "");
+  EXPECT_EQ(read_with({seed, grows, flux, "bodies[0].material=al"}), "");
+}
+
+// A sheet between two bars. Of one spacing it passes 2.6 times as much as it should at this ratio of conductivities, of two what it should.
+TEST(HeatChecks, AThinLayerBetweenBetterConductorsIsWarnedOf) {
+  const std::string bars = R"(meltsim: 1
+domain: {min: [0, 0, 0], max: [0.08, 0.13, 0.08], walls: {x: periodic, z: periodic}}
+particles: {spacing: 0.01}
+solver: {gravity: [0, 0, 0], sound_speed: 2}
+materials: {cu: {density: 5000, heat_capacity: 500, conductivity: 400}, paper: {density: 5000, heat_capacity: 500, conductivity: 4}}
+bodies:
+  - {material: cu, fixed: true, shape: {box: [[0, 0, 0], [0.08, 0.06, 0.08]]}}
+  - {name: sheet, material: paper, fixed: true, shape: {box: [[0, 0.06, 0], [0.08, 0.07, 0.08]]}}
+  - {material: cu, fixed: true, shape: {box: [[0, 0.07, 0], [0.08, 0.13, 0.08]]}}
+)";
+  const auto said = [&bars](const std::vector<std::string>& set) {
+    const Scene scene = parse_scene(bars, "bars.yaml", "", set);
+    Built built = build_world(scene, cpu_of_one());
+    return thin_layers(scene, built);
+  };
+  const std::vector<std::string> warnings = said({});
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_EQ(warnings[0],
+            "bars.yaml:8:5: bodies[1].shape: \"sheet\" is one spacing thick between bodies that conduct "
+            "1e+02 times as well: these reach each "
+            "other across it, so that more heat passes than it would let through, 2.6 times as much at a "
+            "ratio of 100, 19 times at 1000; make "
+            "it two spacings thick (0.02 m), with twice its conductivity where its resistance is to stay");
+  const auto none = std::vector<std::string>{};
+  EXPECT_EQ(said({"bodies[1].shape={box: [[0, 0.06, 0], [0.08, 0.08, 0.08]]}",
+                  "bodies[2].shape={box: [[0, 0.08, 0], [0.08, 0.13, 0.08]]}"}),
+            none);
+  EXPECT_EQ(said({"materials.paper.conductivity=200"}), none);
+  EXPECT_EQ(said({"bodies[2].shape={box: [[0, 0.09, 0], [0.08, 0.13, 0.08]]}"}),
+            none);  // nothing on its other side
+  EXPECT_EQ(said({"heat.time_scale=0"}), none);
+}
+
 // Half of the ball is in the plate; its eight cells have 8e-9 m^3, the ball has 4/3 pi 1e-9.
 const std::string laser = R"(meltsim: 1
 domain: {min: [0, 0, 0], max: [0.012, 0.008, 0.012], walls: {+y: open}}
@@ -160,6 +217,14 @@ TEST(HeatRegions, ReleaseWhatTheParticlesInThemGet) {
     EXPECT_NEAR(powers[0].power, 1e9 * 1e-9 * static_cast<double>(powers[0].particles), 1e-4) << shape;
     EXPECT_NEAR(power_of(scene, built) / powers[0].power, 1, 1e-3) << shape;
   }
+}
+
+// A region with nothing in it brings no heat; one that cools says so.
+TEST(HeatRegions, ThatHeatNothingAreNoSources) {
+  const Scene scene = with_laser({});
+  EXPECT_EQ(heat_sources_text(scene), "region \"laser\"");
+  EXPECT_EQ(heat_sources_text(scene, {"laser"}), "");
+  EXPECT_EQ(heat_sources_text(with_laser({"heat.regions[0].source=-1e9"})), "region \"laser\" (cools)");
 }
 
 TEST(HeatRegions, OfOtherVolumesThanTheirShapesAreWarnedOf) {
@@ -347,6 +412,40 @@ TEST(Rehearsal, SaysWhatFreezes) {
   seen.frozen = 0;
   EXPECT_EQ(freezing_text(seen, built, 2),
             "next to nothing freezes by t=2 s; heat.time_scale makes it faster (tried)");
+}
+
+// Sugar in a glass: 0.64 kg of water hold 1.3 kg at a solubility of 0.67.
+TEST(Saturation, SaysHowMuchOfABodyCanDissolve) {
+  const std::string glass = R"(meltsim: 1
+domain: {min: [0, 0, 0], max: [0.1, 0.1, 0.1]}
+particles: {spacing: 0.01}
+materials: {water: {}, sugar: {density: 1600, dissolves_in: water, solubility: 0.67, diffusivity_in: 1e-6}}
+fluids: [{material: water, shape: {box: [[0, 0, 0], [0.1, 0.064, 0.1]]}}]
+bodies: [{material: sugar, fixed: true, shape: {box: [[0, 0, 0], [0.1, 0.02, 0.1]]}}]
+)";
+  const auto of = [&glass](const std::vector<std::string>& set) {
+    const Scene scene = parse_scene(glass, "glass.yaml", "", set);
+    Built built = build_world(scene, cpu_of_one());
+    return saturations(scene, built);
+  };
+  const auto whole = of({});
+  ASSERT_EQ(whole.size(), 1u);
+  EXPECT_NEAR(whole[0].crystals, 0.1 * 0.1 * 0.02 * 1600, 1e-6);
+  EXPECT_NEAR(whole[0].holds, 0.67 / 0.33 * 0.4, 1e-6);  // four layers above the body
+  EXPECT_EQ(whole[0].share(), 1);
+  EXPECT_EQ(saturation_text(whole[0]),
+            "sugar in water: saturated (0.67) the liquid holds 0.812 kg: everything can dissolve");
+  const auto part = of({"materials.sugar.solubility=0.2", "fluids[0].fractions={sugar: 0.1}"});
+  ASSERT_EQ(part.size(), 1u);
+  EXPECT_NEAR(part[0].share(), (0.25 * 0.9 - 0.1) * (part[0].dissolved / 0.1) / 0.32, 1e-6);
+  EXPECT_NE(saturation_text(part[0]).find(" of the bodies can dissolve"), std::string::npos)
+      << saturation_text(part[0]);
+  const auto over =
+      of({"materials.sugar.solubility=[[0, 0.1], [20, 0.1], [80, 0.5]]", "fluids[0].fractions={sugar: 0.3}"});
+  ASSERT_EQ(over.size(), 1u);
+  EXPECT_NE(saturation_text(over[0]).find("what is too much settles on bodies"), std::string::npos)
+      << saturation_text(over[0]);
+  EXPECT_TRUE(of({"domain.walls={+y: open}"}).empty());
 }
 
 }  // namespace

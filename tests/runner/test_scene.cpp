@@ -339,6 +339,28 @@ TEST(Scene, WarnsOfKelvinInWallsSurfacesAndRegions) {
             std::string::npos);
 }
 
+// Whole kelvins of a scene in which nothing is colder: 293 to 1811, 300 to 1773. Parts that are preheated to 250 or 300 degrees are none.
+TEST(Scene, WarnsOfWholeKelvinByTheColdestOfAScene) {
+  const auto metal = [](const std::string& melts, const std::string& start) {
+    return warning_of({"materials.ice={density: 2400, melting_point: " + melts + ", becomes: water}",
+                       "bodies[0].temperature=" + start, "fluids[0].temperature=" + melts});
+  };
+  EXPECT_NE(metal("1811", "293")
+                .find("nothing is colder than 293 degrees Celsius; Kelvin? Temperatures are in degrees "
+                      "Celsius: 293 K are 19.85"),
+            std::string::npos);
+  EXPECT_NE(metal("1773", "300").find("300 K are 26.85"), std::string::npos);
+  EXPECT_EQ(metal("1540", "300"), "");
+  EXPECT_EQ(metal("1538", "20"), "");
+  EXPECT_EQ(metal("1538", "400"), "");
+}
+
+TEST(Scene, WarnsOfASurfaceTensionInMillinewtons) {
+  EXPECT_NE(warning_of({"materials.water.surface_tension=72"}).find("mN/m? Then write 0.072"),
+            std::string::npos);
+  EXPECT_EQ(warning_of({"materials.water.surface_tension=1.8"}), "");
+}
+
 TEST(Scene, WarnsOfALatentHeatThatIsOfNoUse) {
   EXPECT_EQ(warning_of({"materials.water.latent_heat=3.34e5"}),
             "--set materials.water.latent_heat=3.34e5: materials.water.latent_heat: is of no use: it is of "

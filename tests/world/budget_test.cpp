@@ -156,6 +156,25 @@ TEST(Budget, RefusesWhatIsNone) {
   EXPECT_EQ(*s.world.state_hash(), hash);
 }
 
+// A host that fell behind adds what it owes: the budget bounds the sub-steps of a call, not max_substeps. A step without one is refused.
+TEST(Budget, BoundsTheSubStepsItself) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = describe();
+  d.max_substeps = 3;
+  Scene s = ice_in_water(d, {});
+  const double dt = 9.5 * s.world.stable_dt();
+  EXPECT_FALSE(s.world.step(dt));
+  EXPECT_FALSE(s.world.step_within(dt, all));
+  const Result<TimedStep> starved = s.world.step_within(dt, none);
+  require(starved);
+  EXPECT_EQ(starved->planned, 10u);
+  EXPECT_EQ(starved->substeps, 1u);
+  const Result<TimedStep> part = s.world.step_part(dt, 2);
+  require(part);
+  EXPECT_EQ(part->substeps, 2u);
+  require(s.world.step(0.2 * dt));
+}
+
 TEST(Budget, IsInterruptedLikeAStep) {
   MELTSIM_NEEDS_BACKEND();
   Scene s = jet_on_ice();

@@ -627,10 +627,16 @@ TEST(Rigid, RefusesWhatIsNotOfRigidBodies) {
   ASSERT_FALSE(fixed);
   EXPECT_NE(fixed.error().message.find("fixed: a rigid body moves"), std::string::npos);
   s.fixed = false;
+  s.pivot = Vec3d{1, 0, 0};
+  const auto turned = w.add_solid(s);
+  ASSERT_FALSE(turned);
+  EXPECT_NE(turned.error().message.find("pivot: only of kinematic bodies"), std::string::npos);
+  s.pivot.reset();
+  s.motion = Motion::fixed;
   s.max_speed = 1;
   const auto fast = w.add_solid(s);
   ASSERT_FALSE(fast);
-  EXPECT_NE(fast.error().message.find("max_speed: only of kinematic bodies"), std::string::npos);
+  EXPECT_NE(fast.error().message.find("max_speed: a fixed body does not move"), std::string::npos);
 }
 
 // The state has all of it: rotations in double, also of a World in single precision.

@@ -371,6 +371,94 @@ TEST(Saved, GoingBackRepeatsTheBits) {
   }
 }
 
+// Settings are the World's, whichever way it goes back: what was changed or removed after a state was saved acts as it does after restore().
+// A field that had been removed acted again after load_state(), and its handle was gone; a heat region had its old power.
+TEST(Saved, SettingsStayAsTheyAreLikeAfterARestore) {
+  MELTSIM_NEEDS_BACKEND();
+  enum class Change { remove_field, set_field, set_region, set_region_temperature, set_gravity, set_walls };
+  for (const Change change : {Change::remove_field, Change::set_field, Change::set_region,
+                              Change::set_region_temperature, Change::set_gravity, Change::set_walls}) {
+    Scene s = ice_in_water(describe());
+    World& w = s.world;
+    ForceFieldDesc pull;
+    pull.acceleration = {1, 0, 0};
+    const ForceFieldId first = *w.add_force_field(pull);
+    pull.acceleration = {0, 0, 1};
+    require(w.add_force_field(pull));
+    HeatRegionDesc torch;
+    torch.shape = Shape::box({0, 0, 0}, {1, 1, 1});
+    torch.source = 1e5;
+    const HeatRegionId region = *w.add_heat_region(torch);
+    SurfaceHeatDesc wall;
+    wall.temperature = 30;
+    require(w.set_wall_heat(2, wall));
+    const auto run = [&] {
+      for (int k = 0; k < 10; ++k) require(w.step(0.005));
+    };
+    run();
+    require(w.save_state(0));
+    const auto bytes = *w.snapshot();
+    run();
+    const auto unchanged = *w.state_hash();
+    pull.acceleration = {-0.5, 0, 0};
+    wall.temperature = 80;
+    switch (change) {
+      case Change::remove_field:
+        require(w.remove(first));
+        break;
+      case Change::set_field:
+        require(w.set_force_field(first, pull));
+        break;
+      case Change::set_region:
+        require(w.set_heat_region(region, {}, 3e5));
+        break;
+      case Change::set_region_temperature:
+        require(w.set_heat_region(region, 60.0));
+        break;
+      case Change::set_gravity:
+        require(w.set_gravity({0, -2, 0}));
+        break;
+      case Change::set_walls:
+        require(w.set_wall_heat(2, wall));
+        break;
+    }
+    require(w.load_state(0));
+    run();
+    const auto loaded = *w.state_hash();
+    require(w.restore(bytes.data(), bytes.size()));
+    run();
+    EXPECT_EQ(loaded, *w.state_hash()) << static_cast<int>(change);
+    EXPECT_NE(loaded, unchanged) << static_cast<int>(change);
+  }
+}
+
+// What a host says a body will do at most costs no saved state when it does it; beyond that sound is made faster, and they are lost.
+TEST(Saved, AreKeptWhereABodyIsAsFastAsItWasSaidToBe) {
+  MELTSIM_NEEDS_BACKEND();
+  for (const Motion motion : {Motion::free, Motion::rigid}) {
+    WorldDesc d = describe();
+    d.spacing = 0.1;
+    d.domain.bounded = true;
+    d.domain.max = {2, 2, 2};
+    World w = *World::create(d);
+    SolidDesc b;
+    b.material = *w.add_material({});
+    b.shape = Shape::box({0.5, 0.5, 0.5}, {0.9, 0.9, 0.9});
+    b.motion = motion;
+    b.max_speed = 12;
+    const BodyId id = *w.add_solid(b);
+    require(w.step(1.0 / 120));
+    EXPECT_GE(w.resolved().sound_speed, 120);
+    require(w.save_state(0));
+    require(w.set_velocity(id, {10, 0, 0}));
+    require(w.step(1.0 / 120));
+    require(w.load_state(0));
+    require(w.set_velocity(id, {13, 0, 0}));
+    require(w.step(1.0 / 240));
+    EXPECT_FALSE(w.load_state(0));
+  }
+}
+
 // Liquid alone takes the steps that put a state elsewhere (sph.advance) on a GPU.
 TEST(Saved, OfLiquidAlone) {
   MELTSIM_NEEDS_BACKEND();

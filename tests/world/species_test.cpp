@@ -820,23 +820,71 @@ TEST(Species, AMixtureIsAsViscousAsTheLogarithmsSay) {
   }
 }
 
-TEST(Species, TransferCoefficientSetsTheRateAtAFace) {
-  MELTSIM_NEEDS_BACKEND();
+/// What a face of n by n spacings loses in its first step, over what a transfer coefficient says. Faces beside: walls, or periodic.
+double share_of_a_transfer(int n, Face beside) {
   constexpr double k = 2e-3, solubility = 0.4;  // 20 times D/dx
-  WorldDesc d = box_of({16, 8, 8}, 1);
-  d.domain.faces = {Face::wall, Face::wall, Face::periodic, Face::periodic, Face::periodic, Face::periodic};
+  WorldDesc d = box_of({16, n, n}, 1);
+  d.domain.faces = {Face::wall, Face::wall, beside, beside, beside, beside};
   Solution s = make(d, [&](MaterialDesc& m) {
     m.solubility = solubility;
     m.diffusivity_in = 1e-6;
     m.transfer_coefficient = k;
   });
-  add_body(s, Shape::box({0, 0, 0}, {8 * dx, 8 * dx, 8 * dx}));
-  fill(s, {8, 0, 0}, {16, 8, 8}, 0);
-  const double before = crystals(s.world, solubility, 64);
+  const double wide = n, area = wide * wide;
+  add_body(s, Shape::box({0, 0, 0}, {8 * dx, wide * dx, wide * dx}));
+  fill(s, {8, 0, 0}, {16, wide, wide}, 0);
+  const double before = crystals(s.world, solubility, area);
   require(s.world.step(0.01));
   // The first step of a face that is as it was built: k rho w_s per area of a solid that loses 1 - w_s for it.
-  const double lost = (before - crystals(s.world, solubility, 64)) * dx * 1000 * (1 - solubility);
-  EXPECT_NEAR(lost / (k * 1000 * solubility * 0.01), 1, 0.01);
+  const double lost = (before - crystals(s.world, solubility, area)) * dx * 1000 * (1 - solubility);
+  return lost / (k * 1000 * solubility * 0.01);
+}
+
+// Beside walls what is missing of the sum over pairs is made up for by a share of the kernel, which is not quite that of the moment: 1.5 %.
+TEST(Species, TransferCoefficientSetsTheRateAtAFace) {
+  MELTSIM_NEEDS_BACKEND();
+  EXPECT_NEAR(share_of_a_transfer(8, Face::periodic), 1, 0.01);
+  EXPECT_NEAR(share_of_a_transfer(8, Face::wall), 1, 0.015);
+  EXPECT_NEAR(share_of_a_transfer(6, Face::wall), 1, 0.015);
+}
+
+// What probes and the ledger say of a species: its fraction in the liquid around a point, bodies left out, and how much of it is dissolved.
+TEST(Species, ProbesReadItsFractionAndTheLedgerWhatIsDissolved) {
+  MELTSIM_NEEDS_BACKEND();
+  constexpr double solubility = 0.4;
+  WorldDesc d = box_of({16, 8, 8}, 1);
+  Solution s = make(d, [&](MaterialDesc& m) {
+    m.solubility = solubility;
+    m.diffusivity_in = 1e-6;
+  });
+  add_body(s, Shape::box({0, 0, 0}, {4 * dx, 8 * dx, 8 * dx}));
+  fill(s, {4, 0, 0}, {10, 8, 8}, 0.1);
+  fill(s, {10, 0, 0}, {16, 8, 8}, 0.3);
+  const std::vector<Vec3d> points{
+      {7 * dx, 4 * dx, 4 * dx}, {14 * dx, 4 * dx, 4 * dx}, {4 * dx, 4 * dx, 4 * dx}, {dx, 4 * dx, 4 * dx}};
+  const auto found = s.world.sample(points, {"solute1", "liquid_fraction"});
+  require(found);
+  EXPECT_NEAR((*found)[0], 0.1, 1e-6);
+  EXPECT_NEAR((*found)[2], 0.3, 1e-6);
+  EXPECT_NEAR((*found)[4], 0.1, 1e-6) << "at the face of the body: of the liquid alone";
+  EXPECT_TRUE(std::isnan((*found)[6])) << "in the body";
+  const auto unknown = s.world.sample(points, {"solute2"});
+  ASSERT_FALSE(unknown);
+  EXPECT_NE(unknown.error().message.find("solute2"), std::string::npos) << unknown.error().message;
+  const auto ledger = [&] {
+    ReadRequest r;
+    r.totals = true;
+    return s.world.take(*s.world.request(r))->ledger;
+  };
+  const double cell = 1000 * dx * dx * dx;
+  const Ledger first = ledger();
+  EXPECT_NEAR(first.dissolved[0] / cell, 6 * 64 * 0.1 + 6 * 64 * 0.3, 1e-3);
+  EXPECT_NEAR(first.solute[0] / cell, 4 * 64 + 6 * 64 * 0.4, 1e-3);
+  for (int k = 0; k < 20; ++k) require(s.world.step(0.01));
+  const Ledger then = ledger();
+  EXPECT_NEAR(then.solute[0], first.solute[0], 1e-9 * first.solute[0]);
+  EXPECT_GT(then.dissolved[0], 1.001 * first.dissolved[0]);
+  EXPECT_EQ(then.dissolved[1], 0);
 }
 
 }  // namespace

@@ -122,73 +122,106 @@ struct ParticleSurface {
   T depth{};  ///< of the particle beneath it [m]
 };
 
-/// Area over |G| [-] by how many of 27 sites (a particle's own and its direct neighbours) are live: 18 beneath a plane of the
-/// lattice, 17 and 18 beneath those along its diagonals. On edges and corners of a box, with 12 and 8 left, missing quarters
-/// count once while the surface has 2 and 3 faces: (18/live)^1.4 restores them. Edges of other directions step from
-/// site to site, what sticks out of them has 9 to 11 left and serves more, up to 1.5 times that; beside them, with 13 to 16,
-/// 1.12. Of a sloped plane the steps count, and the layer beneath them, which has 19 or more, once more: 0.88 of it.
-/// Ours; fitted to sums over planes, boxes, balls, rods and turned cubes at chance offsets (docs/validation.md).
+/// Gap up to which a body counts as flush with a wall [dx]: bodies at rest keep some hundredths of a spacing off.
+inline constexpr double flush_gap = 0.2;
+
+/// Walls that a body goes on behind, as a particle of it sees them, and its direct neighbours with their images in them.
 template <class T>
-MELTSIM_HD T edge_factor(int live) {
-  if (live > 18) return T(0.88);
-  if (live > 16) return T(1);
-  if (live > 12) return T(1.12);
-  // (18/live)^1.4 for 1 to 12; written down, as the power itself has other last bits on a GPU.
-  constexpr double box[12] = {57.19808741663585,  21.674022167526225, 12.286035066475314, 8.212918615558277,
-                              6.009294678340453,  4.655536721746079,  3.7518394975000917, 3.112114201250831,
-                              2.6390158215457884, 2.2770968742508497, 1.992653323702306,  1.7641185337870102};
-  const T of_box = static_cast<T>(box[live < 1 ? 0 : live - 1]);
-  return live > 8 ? of_box * (T(1) + T(1.0 / 6.0) * T(12 - live)) : of_box;
+struct FlushWalls {
+  WallView<T> view{};      ///< those walls alone
+  std::uint32_t direct{};  ///< neighbour_mask.hpp
+};
+
+/// Picks the walls of `v` that a layer of the body's lattice lies along, half a spacing and whole spacings away (to flush_gap), so that it and its image
+/// make one body: a surface that ends at such a wall goes on as far as the wall. Where the layers next to the wall are
+/// missing, images lie out of reach. turn: of the lattice, away from which a wall may be turned by 14 degrees. Ours.
+template <class T>
+MELTSIM_HD FlushWalls<T> flush_walls(const WallExchange<T>& e, const WallView<T>& v, const Quat<T>& turn,
+                                     std::uint32_t direct) {
+  FlushWalls<T> f{v, direct};
+  f.view.axes = 0;
+  const Quat<T> back = inverse(turn);
+  const auto look = [&](std::uint32_t bit, T from, Vec3<T> normal) {
+    if ((v.axes & bit) == 0u) return;
+    const T layer = std::fabs(from) / (T(2) * e.half_spacing) - T(0.5);
+    if (std::fabs(layer - std::floor(layer + T(0.5))) > static_cast<T>(flush_gap)) return;
+    const Vec3<T> n = rotate(back, normal);  // inwards, in the lattice
+    const auto along = [&](int axis, T part) {
+      if (std::fabs(part) < T(0.97)) return;
+      f.view.axes |= bit;
+      if (layer < T(0.5)) f.direct = with_image(f.direct, axis, part > T(0));
+    };
+    along(0, n.x), along(1, n.y), along(2, n.z);
+  };
+  const auto inwards = [](T from) { return from < T(0) ? T(-1) : T(1); };
+  look(1u, v.from.x, {inwards(v.from.x), T(0), T(0)});
+  look(2u, v.from.y, {T(0), inwards(v.from.y), T(0)});
+  look(4u, v.from.z, {T(0), T(0), inwards(v.from.z)});
+  return f;
 }
 
-/// Open faces of the cell of a particle with nothing of its body in the layers on both sides of it along an axis: of a sheet, a rod, or one
-/// alone. 0 of all others. direct: its live direct neighbours (neighbour_mask.hpp).
-MELTSIM_HD int faces_of_sheet(std::uint32_t direct) {
-  const bool sheet = (direct & (behind_x | behind_x << ahead_x)) == 0u ||
-                     (direct & (behind_y | behind_y << ahead_y)) == 0u ||
-                     (direct & (behind_z | behind_z << ahead_z)) == 0u;
-  if (!sheet) return 0;
-  const Vec3<int> faces = across_faces<int>(all_sites & ~direct);
-  return faces.x + faces.y + faces.z;
-}
-
-/// Area [dx^2] of a particle that is open to both sides, as in a plate of one or two sites that lies across the lattice, where the sides
-/// cancel in G: that of the plane through steps with n_k open faces along axis k, the length of n. How far
-/// the S open sites lie on one side says how much of it counts: V the sum of their offsets, |V|/S is small where both sides are open and
-/// large beneath planes, whose area G shows; corners and edges lie between. Ours; the three numbers are fitted to
-/// plates at chance directions and offsets (docs/design/heat.md).
+/// Sums around a particle of a body.
 template <class T>
-MELTSIM_HD T area_of_both_sides(std::uint32_t direct) {
+struct BodySums {
+  Vec3<T> G{};     ///< of V_j L_ij x_ij over the body [1/m]
+  T own{};         ///< of V_j W_ij over the body [-]
+  T everything{};  ///< of V_j W_ij over all particles [-]
+  /// Adds a neighbour of volume V_j and its images in `flush`; of_body: it is of the particle's own body.
+  MELTSIM_HD void add(const SphKernel<T>& k, const WallView<T>& flush, T volume, Vec3<T> x_ij, T r2,
+                      bool of_body) {
+    const T r = std::sqrt(r2);
+    T share = kernel_value(k, r);
+    if (flush.axes != 0u)
+      share += image_sums(flush, k.support2, x_ij, r2, [&](T square) {
+                 return square < k.support2 ? kernel_value(k, std::sqrt(square)) : T(0);
+               }).all;
+    everything += volume * share;
+    if (!of_body) return;
+    own += volume * share;
+    G += x_ij * (volume * kernel_laplacian(k, r, r2));
+    if (flush.axes == 0u) return;
+    const auto images = image_sums(flush, k.support2, x_ij, r2, [&](T square) {
+      return square < k.support2 ? kernel_laplacian(k, std::sqrt(square), square) : T(0);
+    });
+    G += (x_ij * images.all + image_steps(flush, x_ij, images)) * volume;
+  }
+};
+
+/// Area that a particle of a solid represents [dx^2/100], from its direct neighbours (neighbour_mask.hpp): the faces of its cell where it is of a face, edge
+/// or corner of a box, of a sheet or a rod. Elsewhere surfaces run in steps, and what they amount to goes by how many of its six faces are
+/// open, and of the other 20 directions (rows and columns). Local counts as in Lindblad (2005), Image Vis. Comput. 23:111; the numbers are ours,
+/// fitted to the sums over balls, ellipsoids, cylinders, turned cubes, planes and plates at chance places and at those of highest symmetry.
+MELTSIM_HD int surface_hundredths(std::uint32_t direct) {
+  constexpr std::uint16_t stepped[7][21] = {
+      {0, 1, 0, 3, 13, 20, 0, 17, 46, 23, 48, 0, 0, 44, 77, 83, 88, 93, 99, 105, 110},
+      {31, 38, 46, 60, 66, 69, 88, 75, 89, 111, 163, 113, 102, 0, 134, 139, 146, 154, 161, 168, 175},
+      {100, 105, 110, 115, 120, 127, 122, 138, 146, 133, 144,
+       137, 155, 152, 175, 117, 136, 231, 222, 195, 200},
+      {108, 115, 122, 128, 129, 123, 158, 155, 153, 152, 156,
+       173, 196, 178, 202, 207, 227, 224, 226, 232, 238},
+      {52, 65, 78, 91, 104, 117, 130, 143, 156, 198, 176, 244, 215, 219, 274, 384, 550, 315, 338, 299, 312},
+      {80, 93, 106, 119, 132, 145, 158, 171, 184, 197, 211, 269, 258, 419, 196, 298, 421, 483, 388, 327, 340},
+      {108, 121, 134, 147, 160, 173, 186, 199, 212, 225, 238,
+       251, 264, 277, 346, 303, 316, 330, 342, 355, 368}};
+  if (const int sides = whole_sides_open(direct); sides > 0) return 100 * sides;
   const std::uint32_t open = all_sites & ~direct;
-  if (open == 0u) return T(0);
-  const T one_side = length(sum_of_offsets<T>(open)) / T(popcount(open));
-  return T(0.95) * clamp((T(0.8) - one_side) / T(0.3), T(0), T(1)) * length(across_faces<T>(open));
+  const int all = static_cast<int>(popcount(open)), faces = static_cast<int>(popcount(open & across_a_face));
+  return stepped[faces][all - faces];
 }
 
-/// Surface that a particle of a solid represents: wall_exchange.hpp for a surface of any shape.
+/// Surface that a particle of a solid represents. Area: surface_hundredths. Depth: from
 ///   G_i = sum_j V_j L_ij x_ij over its own body [1/m]: minus what the missing half would have contributed,
-///   so
-/// |G| is I(d) beneath a plane. Where the body is whole it is 0. Depth: d = dx/2 + dx^2 (I(dx/2) - |G|),
-/// times 0.95 beneath dx/2 and 1.6 above, fitted to lattice particles beneath planes of random orientation
-/// (the sum of |G| over such a plane is 1.04 of its area). Unless the particle lies beneath a plane of the lattice (18 of 27
-/// sites live) it is 0.05 dx less: part of the layer behind steps is open too but exchanges nothing, so that a held surface would
-/// act as one farther out. Fitted to the decay of balls and turned cubes. For surface particles (SBP) only;
-/// `first_layer` is the share of the area of a plane that these represent. edge_factor corrects |G| where it is not the area.
-/// Of a layer that is one particle thick both sides cancel in G, and one alone has none: there the faces of its cell count, dx/2 above it;
-/// across the lattice area_of_both_sides is the least, likewise.
-/// direct: as in faces_of_sheet. Ours.
+/// so |G| is I(d) beneath a plane (wall_exchange.hpp), and 0 where the body is whole. d = dx/2 + dx^2 (I(dx/2) - |G|),
+/// times 0.95 beneath dx/2 and 1.3 above, fitted to lattice particles beneath planes of random orientation. On faces, edges and corners of boxes, on sheets
+/// and rods it is dx/2. G and `direct` include images in flush walls. Ours.
 template <class T>
-MELTSIM_HD ParticleSurface<T> particle_surface(const WallExchange<T>& e, T volume, T G, std::uint32_t direct,
-                                               T first_layer) {
+MELTSIM_HD ParticleSurface<T> particle_surface(const WallExchange<T>& e, T volume, T G,
+                                               std::uint32_t direct) {
   const T plane = wall_area(e, e.half_spacing), dx = T(2) * e.half_spacing;
-  if (const int faces = faces_of_sheet(direct); faces > 0) return {T(faces) * volume / dx, e.half_spacing};
-  const int live = static_cast<int>(popcount(direct));
-  const T area = volume * G / first_layer * edge_factor<T>(live),
-          least = area_of_both_sides<T>(direct) * volume / dx;
-  if (least > area) return {least, e.half_spacing};
-  const T slope = G < plane ? T(0.95) : T(1.6);
-  const T steps = live == 18 ? T(0) : T(0.05) * dx;
-  return {area, maximum(e.half_spacing + slope * dx * dx * (plane - G) - steps, e.smallest_distance)};
+  const T area = static_cast<T>(surface_hundredths(direct)) * (T(0.01) * volume / dx);
+  if (whole_sides_open(direct) > 0) return {area, e.half_spacing};
+  const T slope = G < plane ? T(0.95) : T(1.3);
+  return {area, maximum(e.half_spacing + slope * dx * dx * (plane - G), e.smallest_distance)};
 }
 
 /// Part of G (below) of a particle of liquid that walls stand for [1/m]: what lies beyond a plane would have contributed a

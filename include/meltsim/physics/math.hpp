@@ -165,6 +165,11 @@ MELTSIM_HD Vec3<T> rotate(const Quat<T>& q, Vec3<T> v) {
   const Vec3<T> t = cross(n, v) * T(2);
   return v + t * q.w + cross(n, t);
 }
+/// The inverse of a rotation.
+template <class T>
+MELTSIM_HD Quat<T> inverse(const Quat<T>& q) {
+  return {q.w, -q.x, -q.y, -q.z};
+}
 /// Rotation matrix of a unit quaternion.
 template <class T>
 MELTSIM_HD Mat3<T> to_matrix(const Quat<T>& q) {

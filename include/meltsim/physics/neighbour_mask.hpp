@@ -18,6 +18,8 @@ inline constexpr std::uint32_t behind_z = 0x1ffu;      ///< the same along z
 inline constexpr int ahead_x = 2;                      ///< those ahead along x are so many bits on
 inline constexpr int ahead_y = 6;                      ///< the same along y
 inline constexpr int ahead_z = 18;                     ///< the same along z
+inline constexpr std::uint32_t across_a_face =
+    1u << 4 | 1u << 10 | 1u << 12 | 1u << 14 | 1u << 16 | 1u << 22;  ///< six that share a face with it
 
 /// Sum of the offsets of the sites in `mask` [dx].
 template <class T>
@@ -28,11 +30,30 @@ MELTSIM_HD Vec3<T> sum_of_offsets(std::uint32_t mask) {
   return {along(behind_x, ahead_x), along(behind_y, ahead_y), along(behind_z, ahead_z)};
 }
 
-/// How many of the two sites that share a face with the one in the middle are in `mask`, per axis.
-template <class T>
-MELTSIM_HD Vec3<T> across_faces(std::uint32_t mask) {
-  const auto along = [&](int behind, int ahead) { return T((mask >> behind & 1u) + (mask >> ahead & 1u)); };
-  return {along(12, 14), along(10, 16), along(4, 22)};
+/// The mask of a site at a plane half a spacing behind it along `axis` (ahead of it otherwise), of the lattice with its image in the plane: the
+/// nine sites beyond the plane are those of the site's own layer.
+MELTSIM_HD std::uint32_t with_image(std::uint32_t mask, int axis, bool behind) {
+  const std::uint32_t sites = axis == 0 ? behind_x : axis == 1 ? behind_y : behind_z;
+  const int step = axis == 0 ? 1 : axis == 1 ? 3 : 9;
+  const std::uint32_t beyond = behind ? sites : sites << (2 * step);
+  const std::uint32_t images = behind ? mask >> step : mask << step;
+  return (mask & ~beyond) | (images & beyond);
+}
+
+/// Whether nothing of the lattice lies behind or ahead along an axis: how many of six sides are missing as a whole, if that is all that is missing
+/// of the 26 direct neighbours, as on faces, edges and corners of a box, on sheets and rods. 0 of all others.
+MELTSIM_HD int whole_sides_open(std::uint32_t mask) {
+  std::uint32_t open = 0;
+  int sides = 0;
+  const auto look = [&](std::uint32_t side) {
+    if ((mask & side) != 0u) return;
+    open |= side;
+    ++sides;
+  };
+  look(behind_x), look(behind_x << ahead_x);
+  look(behind_y), look(behind_y << ahead_y);
+  look(behind_z), look(behind_z << ahead_z);
+  return open == (all_sites & ~mask) ? sides : 0;
 }
 
 }  // namespace physics

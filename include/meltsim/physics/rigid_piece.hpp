@@ -77,9 +77,6 @@ MELTSIM_HD Mat3<double> inverse_inertia(const Mat3<double>& inertia) {
   return k;
 }
 
-/// The inverse of a rotation.
-MELTSIM_HD Quat<double> inverse(const Quat<double>& q) { return {q.w, -q.x, -q.y, -q.z}; }
-
 /// R_1 from R, K and the angular momentum L in space, which stays, after t [s].
 MELTSIM_HD Quat<double> turned_freely(const Mat3<double>& K, Quat<double> R, Vec3<double> L, double t) {
   constexpr double most_turn = 0.25;  // [rad] per iteration: it gains a factor of 8 or more each time

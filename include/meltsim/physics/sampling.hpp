@@ -30,8 +30,23 @@ namespace meltsim {
 inline namespace v0 {
 namespace physics {
 /// Fields that can be sampled.
-enum class SampleField : std::uint32_t { temperature, pressure, density, speed, velocity, liquid_fraction };
-inline constexpr std::uint32_t sample_fields = 6;  ///< number of fields
+enum class SampleField : std::uint32_t {
+  temperature,
+  pressure,
+  density,
+  speed,
+  velocity,
+  liquid_fraction,
+  solute1,  ///< w of the first species; those of the others follow
+  solute2,
+  solute3
+};
+inline constexpr std::uint32_t sample_fields = 9;   ///< number of fields
+inline constexpr std::uint32_t sample_species = 3;  ///< number of fields of species
+/// w of species k.
+MELTSIM_HD constexpr SampleField solute_field(std::uint32_t k) {
+  return static_cast<SampleField>(static_cast<std::uint32_t>(SampleField::solute1) + k);
+}
 /// Bit of a field in a set.
 MELTSIM_HD constexpr std::uint32_t sample_bit(SampleField f) { return 1u << static_cast<std::uint32_t>(f); }
 /// Number of values of a field.
@@ -41,12 +56,13 @@ MELTSIM_HD constexpr std::uint32_t sample_width(SampleField f) {
 
 /// Values of a particle, as sampling and World::particles() report them.
 struct SampledParticle {
-  bool liquid = false;         ///< otherwise solid
-  double temperature = 0;      ///< [degrees Celsius]
-  double pressure = 0;         ///< [Pa]; 0 for solids
-  double density = 0;          ///< [kg/m^3]
-  double liquid_fraction = 0;  ///< 0 solid .. 1 liquid
-  Vec3<double> velocity;       ///< [m/s]
+  bool liquid = false;                 ///< otherwise solid
+  double temperature = 0;              ///< [degrees Celsius]
+  double pressure = 0;                 ///< [Pa]; 0 for solids
+  double density = 0;                  ///< [kg/m^3]
+  double liquid_fraction = 0;          ///< 0 solid .. 1 liquid
+  double solute[sample_species] = {};  ///< w of every species, its mass fraction [-]
+  Vec3<double> velocity;               ///< [m/s]
 };
 
 /// Values of a particle: those of `fields` (bits), pressure and velocity. h [J/kg], phi [-], pressure_term = P/phi^2 [Pa].
@@ -71,6 +87,7 @@ MELTSIM_HD SampledParticle sampled(const MaterialRow<T>& m, bool liquid, double 
 struct SampleSums {
   double all = 0, liquid = 0;  ///< sums of W over all particles, over liquid
   double temperature = 0, density = 0, liquid_fraction = 0, pressure = 0, speed = 0;  ///< sums of W A
+  double solute[sample_species] = {};         ///< sums of W w over liquid
   Vec3<double> velocity;                      ///< sum of W v over liquid
   MELTSIM_HD void add(const SampleSums& o) {  ///< adds other sums
     all += o.all;
@@ -80,6 +97,7 @@ struct SampleSums {
     liquid_fraction += o.liquid_fraction;
     pressure += o.pressure;
     speed += o.speed;
+    for (std::uint32_t k = 0; k < sample_species; ++k) solute[k] += o.solute[k];
     velocity += o.velocity;
   }
   MELTSIM_HD void add(double weight, const SampledParticle& p) {  ///< adds a particle
@@ -91,6 +109,7 @@ struct SampleSums {
     liquid += weight;
     pressure += weight * p.pressure;
     speed += weight * length(p.velocity);
+    for (std::uint32_t k = 0; k < sample_species; ++k) solute[k] += weight * p.solute[k];
     velocity += p.velocity * weight;
   }
 };
@@ -118,6 +137,12 @@ MELTSIM_HD double sampled_value(const SampleSums& s, SampleField field, std::uin
                      : component == 1u ? s.velocity.y
                                        : s.velocity.z,
                      s.liquid);
+    case SampleField::solute1:
+      return average(s.solute[0], s.liquid);
+    case SampleField::solute2:
+      return average(s.solute[1], s.liquid);
+    case SampleField::solute3:
+      return average(s.solute[2], s.liquid);
   }
   return static_cast<double>(NAN);
 }
