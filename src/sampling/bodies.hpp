@@ -114,9 +114,10 @@ MELTSIM_HD void finish_height(const Frame<T>& w, std::uint64_t i, const physics:
 }
 
 /// Parts of a sum over what is around a point: points are few, so many threads share one. An executor that adds up one
-/// after another takes it in one, where its bits need not be those of a GPU.
+/// after another takes it in one, where its bits need not be those of a GPU. Of
+/// more than 14 the sums do not fit into the shared memory of a block (48 KiB).
 template <class E>
-inline constexpr std::uint32_t sample_parts = core::runs_lanes<E> ? 1u : 16u;
+inline constexpr std::uint32_t sample_parts = core::runs_lanes<E> ? 1u : 14u;
 
 /// Averages at one point.
 template <class T, bool Tree, std::uint32_t Parts>
