@@ -82,7 +82,7 @@ std::vector<std::string> thin_layers(const Scene& scene, Built& built) {
     if (!(ratio > 0)) continue;
     const SceneBody& body = scene.bodies[b];
     warnings.push_back(fmt::format(
-        "{}: {}.shape: \"{}\" is one spacing thick between bodies that conduct {:.2g} times as well: these "
+        "{}: {}.shape: \"{}\" is one spacing thick between bodies that conduct {:.0f} times as well: these "
         "reach each other across it, so that more heat passes than it would let through, {}; make it two "
         "spacings thick ({:.3g} m), with twice its conductivity where its resistance is to stay",
         body.source.where, body.source.path, body.desc.name, ratio,

@@ -635,10 +635,11 @@ TEST(Probe, BadOnesAreRefusedAndChangeNothing) {
   refused("points: must be finite", [](ProbeDesc& d) { d.points.push_back({0, nan, 1}); });
   refused("outside the domain", [](ProbeDesc& d) { d.points.push_back({0, 1.8, 1}); });
   refused("fields: none", [](ProbeDesc& d) { d.fields.clear(); });
-  refused("\"heat\"; use temperature, pressure, density, speed, velocity or liquid_fraction",
-          [](ProbeDesc& d) {
-            d.fields = {"pressure", "heat"};
-          });
+  refused(
+      "\"heat\"; use temperature, pressure, density, speed, velocity, liquid_fraction or solute1 to solute3",
+      [](ProbeDesc& d) {
+        d.fields = {"pressure", "heat"};
+      });
   refused("twice", [](ProbeDesc& d) { d.fields = {"pressure", "pressure"}; });
   refused("kind: is no ProbeKind, got 7", [](ProbeDesc& d) { d.kind = static_cast<ProbeKind>(7); });
   refused("a level has none", [](ProbeDesc& d) { d.kind = ProbeKind::level; });

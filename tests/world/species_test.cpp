@@ -855,7 +855,7 @@ TEST(Species, ProbesReadItsFractionAndTheLedgerWhatIsDissolved) {
   WorldDesc d = box_of({16, 8, 8}, 1);
   Solution s = make(d, [&](MaterialDesc& m) {
     m.solubility = solubility;
-    m.diffusivity_in = 1e-6;
+    m.diffusivity_in = 1e-5;
   });
   add_body(s, Shape::box({0, 0, 0}, {4 * dx, 8 * dx, 8 * dx}));
   fill(s, {4, 0, 0}, {10, 8, 8}, 0.1);

@@ -428,7 +428,7 @@ TEST(Steering, RefusesWhatCannotBeAndChangesNothing) {
   wrong.fixed = false;
   wrong.max_speed = -1;
   EXPECT_FALSE(w.add_solid(wrong));
-  wrong.motion = Motion::free;
+  wrong.motion = Motion::fixed;
   wrong.max_speed = 1;
   EXPECT_FALSE(w.add_solid(wrong));
 }
