@@ -40,8 +40,8 @@ MELTSIM_HD std::uint32_t with_image(std::uint32_t mask, int axis, bool behind) {
   return (mask & ~beyond) | (images & beyond);
 }
 
-/// Whether nothing of the lattice lies behind or ahead along an axis: how many of six sides are missing as a whole, if that is all that is missing
-/// of the 26 direct neighbours, as on faces, edges and corners of a box, on sheets and rods. 0 of all others.
+/// How many of the six sides around a site, of nine sites each, are missing as a whole, if that is all that is missing of its 26 direct neighbours, as
+/// on faces, edges and corners of a box, on sheets and rods; 0 of all others.
 MELTSIM_HD int whole_sides_open(std::uint32_t mask) {
   std::uint32_t open = 0;
   int sides = 0;
