@@ -62,7 +62,8 @@ Status WorldImpl::check_saved(const SavedState& v, int slot) const {
     return invalid(
         "load_state: slot: what was saved under ", slot,
         " is lost: something was added, removed, held, let go, settled or restored, forces or events began "
-        "to be watched, a material "
+        "to be watched, sound was made faster (set_velocity beyond max_speed, set_gravity, set_force_field, "
+        "set_emitter), a material "
         "(set_material) or the plan changed; save again, or restore a snapshot");
   return {};
 }

@@ -169,7 +169,7 @@ bodies:
   ASSERT_EQ(warnings.size(), 1u);
   EXPECT_EQ(warnings[0],
             "bars.yaml:8:5: bodies[1].shape: \"sheet\" is one spacing thick between bodies that conduct "
-            "1e+02 times as well: these reach each "
+            "100 times as well: these reach each "
             "other across it, so that more heat passes than it would let through, 2.6 times as much at a "
             "ratio of 100, 19 times at 1000; make "
             "it two spacings thick (0.02 m), with twice its conductivity where its resistance is to stay");
