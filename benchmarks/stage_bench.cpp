@@ -26,8 +26,7 @@ double bytes_of(const StageInfo& stage, const meltsim::Plan& plan) {
     const bool doubled = field_table[f].owner == meltsim::core::Owner::particle &&
                          field_table[f].lifetime == meltsim::core::Lifetime::State;
     const double bytes = static_cast<double>(channel->bytes) / (doubled ? 2 : 1);
-    total += (static_cast<double>((stage.reads >> f) & 1u) + static_cast<double>((stage.writes >> f) & 1u)) *
-             bytes;
+    total += ((stage.reads.has(f) ? 1.0 : 0.0) + (stage.writes.has(f) ? 1.0 : 0.0)) * bytes;
   }
   return total;
 }

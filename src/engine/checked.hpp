@@ -84,7 +84,7 @@ class Invariants {
   std::string written_values(FieldSet writes) const {
     std::string wrong;
     const auto look = [&](int field, const auto* data) {
-      if (((writes >> field) & 1u) == 0u || data == nullptr || !wrong.empty()) return;
+      if (!writes.has(field) || data == nullptr || !wrong.empty()) return;
       const auto& info = field_table[static_cast<std::size_t>(field)];
       const bool particle = info.owner == Owner::particle;
       if (!particle && info.owner != Owner::vertex) return;

@@ -38,7 +38,7 @@ class CustomStages {
   bool move_particles() const {
     constexpr FieldSet places = FieldSet{1} << field_position | FieldSet{1} << field_velocity |
                                 FieldSet{1} << field_tag | FieldSet{1} << field_id;
-    return any([](const PlacedStage& c) { return (c.writes & places) != 0; });
+    return any([places](const PlacedStage& c) { return (c.writes & places) != 0; });
   }
 
   /// Whether sph.advance may take the place of forces and integration: it reads the state that the sub-step began with, leaves

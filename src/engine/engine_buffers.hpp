@@ -19,7 +19,7 @@ class EngineBuffers {
   /// False: memory is insufficient, and nothing is allocated.
   bool allocate(E& ex, FieldSet channels, const Sizes& n) {
     for (int i = 0; i < field_count; ++i) {
-      if (((channels >> i) & 1u) == 0) continue;
+      if (!channels.has(i)) continue;
       const std::uint64_t bytes = field_bytes<T>(i, n);
       if (bytes == 0) continue;
       now_[i] = ex.allocate(bytes);
@@ -51,14 +51,14 @@ class EngineBuffers {
     grown = 0;
     for (int i = 0; i < field_count && there; ++i) {
       const std::uint64_t bytes = field_bytes<T>(i, n);
-      if (((channels >> i) & 1u) == 0 || bytes == bytes_[i] || bytes == 0) continue;
+      if (!channels.has(i) || bytes == bytes_[i] || bytes == 0) continue;
       now[i] = ex.allocate(bytes);
       if (double_buffered(i)) before[i] = ex.allocate(bytes);
       there = now[i] != nullptr && (!double_buffered(i) || before[i] != nullptr);
       grown |= FieldSet{1} << i;
     }
     for (int i = 0; i < field_count; ++i) {
-      if (((grown >> i) & 1u) == 0) continue;
+      if (!grown.has(i)) continue;
       if (!there) {
         if (now[i] != nullptr) ex.release(now[i]);
         if (before[i] != nullptr) ex.release(before[i]);
@@ -82,7 +82,7 @@ class EngineBuffers {
     std::uint64_t total = 0;
     for (int i = 0; i < field_count; ++i) {
       const std::uint64_t bytes = field_bytes<T>(i, n);
-      if (((channels >> i) & 1u) != 0 && bytes != bytes_[i]) total += bytes * (double_buffered(i) ? 2u : 1u);
+      if (channels.has(i) && bytes != bytes_[i]) total += bytes * (double_buffered(i) ? 2u : 1u);
     }
     return total;
   }
@@ -90,14 +90,14 @@ class EngineBuffers {
   /// Frees channels that are not in `channels` or hold no items. Waits.
   void shrink(E& ex, FieldSet channels, const Sizes& n) {
     for (int i = 0; i < field_count; ++i)
-      if (bytes_[i] != 0 && (((channels >> i) & 1u) == 0 || field_bytes<T>(i, n) == 0)) give_back(ex, i);
+      if (bytes_[i] != 0 && (!channels.has(i) || field_bytes<T>(i, n) == 0)) give_back(ex, i);
   }
 
   std::uint64_t bytes(int field) const { return bytes_[field] + bytes_before_[field]; }
 
   /// Points a frame at the buffers; at those of these channels alone.
   void link(Frame<T>& w, FieldSet channels = ~FieldSet{0}) const {
-    const auto buffer = [&](int i) { return ((channels >> i) & 1u) != 0 ? now_[i] : nullptr; };
+    const auto buffer = [&](int i) { return channels.has(i) ? now_[i] : nullptr; };
 #define MELTSIM_FIELD(name, type, owner, lifetime, unit, doc) \
   w.f.name = static_cast<type*>(buffer(field_##name));
 #include "meltsim/fields.def"

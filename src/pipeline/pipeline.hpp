@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The stage table as data, and its compile-time check: in every kind of scene, a stage reads only channels
-// that are State, Static, or were written by an earlier stage that runs in that scene.
+// The stage table as data. What its rows say is checked at compile time: fed.cpp.
 #pragma once
 
 #include <array>
 #include <cstdint>
+
+#include "pipeline/field_set.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -16,8 +17,6 @@ enum Field : int {
 #undef MELTSIM_FIELD
   field_count
 };
-/// One bit per channel.
-__extension__ typedef unsigned __int128 FieldSet;
 
 /// State of particles that is copied from slot to slot as it is; it is there wherever there are particles.
 inline constexpr FieldSet copied_channels = FieldSet{0}
@@ -33,7 +32,7 @@ enum Part : int {
   field_acceleration_of_solids,       ///< acceleration of solid particles; under its own name that of liquid
   part_end
 };
-static_assert(part_end <= 128);
+static_assert(part_end <= FieldSet::size);
 struct PartInfo {
   int part, field;
 };
@@ -43,7 +42,7 @@ inline constexpr PartInfo part_table[] = {{field_pressure_term, field_velocity},
 /// The channels themselves in place of their parts.
 constexpr FieldSet whole(FieldSet set) {
   for (const PartInfo& p : part_table)
-    if (((set >> p.part) & 1u) != 0) set = (set & ~(FieldSet{1} << p.part)) | (FieldSet{1} << p.field);
+    if (set.has(p.part)) set = (set & ~(FieldSet{1} << p.part)) | (FieldSet{1} << p.field);
   return set;
 }
 
@@ -74,6 +73,7 @@ enum class Owner {
   emitter_point,
   heat_region,
   heat_region_word,
+  heat_region_point,
   touch_entry,
   event_item,
   event,
@@ -205,52 +205,6 @@ constexpr bool consistent(FactSet f) {
          implies(fact_heat_boundary, fact_heat_enthalpy) && implies(fact_levels, fact_heat_enthalpy) &&
          (f & (fact_levels | fact_heat_boundary)) != (fact_levels | fact_heat_boundary);
 }
-
-/// Channels that exist before the first stage.
-constexpr FieldSet fed_before_stages() {
-  FieldSet available = 0;
-  for (int i = 0; i < field_count; ++i)
-    if (field_table[i].lifetime == Lifetime::State || field_table[i].lifetime == Lifetime::Static ||
-        // Kept up to date by topology, built at upload.
-        i == field_neighbour_mask || i == field_region_mask || i == field_region_members ||
-        i == field_row_live || i == field_site_live)
-      available |= FieldSet{1} << i;
-  return available;
-}
-
-/// Index of the first stage that reads a channel no stage produced in a scene with these facts, or -1.
-constexpr int first_unfed_stage(FactSet facts, FieldSet available) {
-  for (int i = 0; i < stage_count; ++i) {
-    const StageInfo& stage = stage_table[i];
-    if ((stage.need & facts) != stage.need) continue;
-    if ((stage.reads & ~available) != 0) return i;
-    available |= stage.writes;
-  }
-  return -1;
-}
-
-/// mobile: what can move where something can.
-constexpr bool pipeline_is_fed(FactSet search, FactSet mobile) {
-  constexpr FieldSet before = fed_before_stages();
-  for (FactSet facts = 0; facts < fact_packed; ++facts) {
-    if (!consistent(facts)) continue;
-    const FactSet bodies = (facts & fact_mobile) != 0 ? mobile : 0u;
-    constexpr FactSet host = fact_probes | fact_loads | fact_kinematic | fact_implicit | fact_forces |
-                             fact_events | fact_species | fact_strain | fact_fields;
-    if (first_unfed_stage(facts | bodies | search | host, before) >= 0) return false;
-  }
-  return true;
-}
-// Each alone: compilers bound the work of one constant expression.
-static_assert(pipeline_is_fed(search_facts[0], fact_lattice | fact_rigid),
-              "a stage reads a channel that no earlier stage of that scene produced");
-static_assert(pipeline_is_fed(search_facts[1], fact_lattice),
-              "a stage reads a channel that no earlier stage of that scene produced");
-static_assert(pipeline_is_fed(search_facts[1], fact_rigid),
-              "a stage reads a channel that no earlier stage of that scene produced");
-static_assert(pipeline_is_fed(search_facts[2], fact_lattice | fact_rigid),
-              "a stage reads a channel that no earlier stage of that scene produced");
-static_assert(sizeof search_facts / sizeof *search_facts == 3);
 
 /// Channels that a scene needs: those that its stages touch and the host requests. Enthalpies that neither touches are stored by id.
 constexpr FieldSet channels_for(FactSet facts, FieldSet wanted = 0) {

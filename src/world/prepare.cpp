@@ -411,7 +411,7 @@ core::EngineSetup WorldImpl::setup_of(core::FactSet facts) const {
   }
   // Regions are filled along arrayN when the scene is uploaded, also where nothing melts later.
   if ((facts & core::fact_mobile) != 0) setup.channels |= core::FieldSet{1} << core::field_neighbour_mask;
-  if (((setup.channels >> core::field_neighbour_mask) & 1u) != 0)  // is made from it then
+  if (setup.channels.has(core::field_neighbour_mask))  // is made from it then
     setup.channels |= core::FieldSet{1} << core::field_site_live;
   // Pieces are read on the device, those of fixed bodies, too.
   if ((facts & core::fact_solid) != 0)
