@@ -26,6 +26,8 @@ constexpr double most_frames = 1e7;
 constexpr double most_rounding = 0.01;  // of places in files, in spacings
 // Heavy metals have 116 J/(kg K) and more, mercury melts with 1.2e4 J/kg: what lies far below was meant in kJ.
 constexpr double least_capacity = 20, least_latent_heat = 1500;
+// kg/m^3, Pa: what is as dense and solid has 1e9 and more, and less where one makes it softer for longer steps; in MPa 5e5 at most.
+constexpr double least_of_metals = 2500, most_in_megapascals = 1e6;
 constexpr double most_tension = 5;  // N/m; liquid rhenium has 2.7
 // What changes no temperature of a solution in water by a tenth of a degree nobody gives: in kJ/kg sugar has 16, salt 66.
 constexpr double least_heat_of_solution = 400;
@@ -61,6 +63,7 @@ class Units {
       check_temperature(emitter.material, emitter.desc.temperature, emitter.source);
     check_surroundings();
     check_whole_kelvin();
+    check_tables();
     check_starts();
     check_filling();
     // Of another shape than a mesh, a region may be as large as one likes: it heats what there is.
@@ -115,6 +118,11 @@ class Units {
       warn(material.source, "surface_tension",
            fmt::format("{:g} N/m is more than any liquid has; mN/m? Then write {:g}",
                        material.desc.surface_tension, material.desc.surface_tension / 1000));
+    if (const double modulus = material.desc.youngs_modulus;
+        material.desc.density >= least_of_metals && modulus > 0 && modulus < most_in_megapascals)
+      warn(material.source, "youngs_modulus",
+           fmt::format("{:g} Pa is that of jelly, at {:g} kg/m^3; MPa? Then write {:g}", modulus,
+                       material.desc.density, modulus * 1e6));
     const double melts = material.desc.melting_point;
     if (std::abs(melts - zero_celsius) < 0.2 || is_converted(melts)) {
       warn(material.source, "melting_point",
@@ -200,8 +208,8 @@ class Units {
                                           given.where(), given.path(), temperature, celsius));
   }
 
-  /// Scenes of a cold world that is all warm: nothing is below a temperature that only Kelvin has for the coldest thing of a scene.
-  void check_whole_kelvin() {
+  /// All that a scene names, but for points of tables.
+  std::vector<double> temperatures() const {
     std::vector<double> all;
     for (const SceneMaterial& m : scene_.materials)
       if (std::isfinite(m.desc.melting_point)) all.push_back(m.desc.melting_point);
@@ -211,6 +219,12 @@ class Units {
     for (const Node& place : surroundings())
       for (const char* key : {"temperature", "ambient"})
         if (const auto given = place.find(key)) all.push_back(given->number("degrees Celsius"));
+    return all;
+  }
+
+  /// Scenes of a cold world that is all warm: nothing is below a temperature that only Kelvin has for the coldest thing of a scene.
+  void check_whole_kelvin() {
+    const std::vector<double> all = temperatures();
     if (all.empty() || std::any_of(all.begin(), all.end(), is_converted)) return;
     const double coldest = *std::min_element(all.begin(), all.end());
     const auto is_round = [](double t) { return std::abs(std::remainder(t, 10)) < 1e-9; };
@@ -222,6 +236,29 @@ class Units {
         fmt::format("{}: nothing is colder than {:g} degrees Celsius; Kelvin? Temperatures are in degrees "
                     "Celsius: {:g} K are {:.4g}",
                     scene_.file, coldest, coldest, coldest - zero_celsius));
+  }
+
+  /// Tables that begin above all temperatures of a scene, and would begin among them if they were in Kelvin.
+  void check_tables() {
+    const std::vector<double> all = temperatures();
+    if (all.empty()) return;
+    const auto [coldest, hottest] = std::minmax_element(all.begin(), all.end());
+    for (const SceneMaterial& m : scene_.materials) {
+      const std::pair<const char*, const std::vector<meltsim::PropertyPoint>*> tables[] = {
+          {"viscosity", &m.desc.viscosity_points},         {"conductivity", &m.desc.conductivity_points},
+          {"heat_capacity", &m.desc.heat_capacity_points}, {"density", &m.desc.density_points},
+          {"yield_stress", &m.desc.yield_stress_points},   {"solubility", &m.desc.solubility_points}};
+      for (const auto& [key, points] : tables) {
+        if (points->size() < 2) continue;
+        const double first = points->front().temperature, celsius = first - zero_celsius;
+        if (!(first > *hottest) || celsius < *coldest || celsius > *hottest) continue;
+        warn(m.source, key,
+             fmt::format(
+                 "its points begin at {:g} degrees Celsius, above all temperatures of the scene ({:g} to "
+                 "{:g}), so that only the first one counts; Kelvin? Then write {:.4g} for {:g}",
+                 first, *coldest, *hottest, celsius, first));
+      }
+    }
   }
 
   /// Walls, surfaces and heat regions.
@@ -409,6 +446,17 @@ class Units {
 
 }  // namespace
 
+namespace {
+/// As it starts, or on its path [m/s].
+double fastest_of(const meltsim::SolidDesc& body) {
+  double speed = length(body.velocity);
+  for (std::size_t k = 1; k < body.path.size(); ++k)
+    speed = std::max(speed, length(body.path[k].displacement - body.path[k - 1].displacement) /
+                                (body.path[k].time - body.path[k - 1].time));
+  return speed;
+}
+}  // namespace
+
 double speed_of(const Scene& scene, bool to_floor) {
   const meltsim::Vec3d g = scene.world.gravity;
   const double pull = length(g);
@@ -429,7 +477,7 @@ double speed_of(const Scene& scene, bool to_floor) {
     });
   };
   for (const SceneFluid& fluid : scene.fluids) see(fluid.desc.shape.bounds(), length(fluid.desc.velocity));
-  for (const SceneBody& body : scene.bodies) see(body.desc.shape.bounds(), length(body.desc.velocity));
+  for (const SceneBody& body : scene.bodies) see(body.desc.shape.bounds(), fastest_of(body.desc));
   for (const SceneEmitter& emitter : scene.emitters) {
     const meltsim::EmitterDesc& e = emitter.desc;
     const meltsim::Vec3d at = e.level && pull > 0 ? g * (-*e.level / pull) : e.center;

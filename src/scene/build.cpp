@@ -150,8 +150,8 @@ Status WorldImpl::check_expansion(const MaterialDesc& m, double time_scale) cons
   const MaterialDesc& liquid = materials[m.melts_into.index];
   const double ratio = m.density / least_density(m.melts_into.index);
   if (ratio <= most * (1 + 1e-9)) return {};
-  return invalid("material \"", m.name, "\": density: ", m.density, " kg/m^3 is ", ratio, " times that of \"",
-                 liquid.name,
+  return invalid("material \"", m.name, "\": density: ", m.density, " kg/m^3 is ", ratio, " times the ",
+                 least_density(m.melts_into.index), " kg/m^3 of \"", liquid.name,
                  "\", which it melts into: it would take so many times its room at once, and burst; use at "
                  "most ",
                  most, " times, or heat.time_scale 0 where nothing is to melt");
