@@ -11,7 +11,7 @@
 
 #include "expect.hpp"
 #include "failure.hpp"
-#include "meltsim/physics/rigid_motion.hpp"
+#include "meltsim/physics/path.hpp"
 #include "numbers.hpp"
 
 namespace runner {
@@ -51,11 +51,14 @@ std::optional<Exit> way_out(const meltsim::DomainDesc& domain, const meltsim::Bo
   return first;
 }
 
-/// A body that turns: the ends of its rows of particles, which reach as far as it does, and the corners of the box around them.
+/// A body that turns, or moves along a path: the ends of its rows of particles, which reach as far as it does, and the corners of the box around them.
 class Turning {
  public:
   Turning(const Scene& scene, Built& built, meltsim::BodyId body)
-      : domain_(scene.world.domain), spacing_(scene.world.spacing) {
+      : domain_(scene.world.domain),
+        spacing_(scene.world.spacing),
+        now_(built.world.time()),
+        desc_(scene.bodies.at(body.index).desc) {
     const meltsim::BodyMotion motion = expect(built.world.motion(body));
     start_.position = *motion.position;
     start_.velocity = motion.velocity;
@@ -76,11 +79,18 @@ class Turning {
 
   /// When it is first beyond a wall. `frame`: every run ends a step at least so often [s].
   std::optional<Exit> way_out(double until, double frame) const {
-    const double rate = length(start_.angular_velocity),
-                 speed = length(start_.velocity) + rate * std::max(reach_, spacing_);
-    if (!(rate > 0) || arms_.empty()) return std::nullopt;
-    // What turns about a place that stays comes round to where it was.
-    if (length(start_.velocity) == 0) until = std::min(until, 2 * pi / rate);
+    const std::vector<meltsim::PosePoint>& path = desc_.path;
+    const double rate = length(start_.angular_velocity), arm = std::max(reach_, spacing_);
+    if ((!(rate > 0) && path.empty()) || arms_.empty()) return std::nullopt;
+    double speed = length(start_.velocity) + rate * arm;
+    for (std::size_t k = 1; k < path.size(); ++k)
+      speed = std::max(speed, (length(path[k].displacement - path[k - 1].displacement) +
+                               std::fabs(path[k].angle - path[k - 1].angle) * arm) /
+                                  (path[k].time - path[k - 1].time));
+    if (!(speed > 0)) return std::nullopt;
+    // What turns about a place that stays comes round to where it was; at the end of a path it rests.
+    if (!path.empty()) until = std::min(until, path.back().time - now_ + frame);
+    else if (length(start_.velocity) == 0) until = std::min(until, 2 * pi / rate);
     const double step = std::max(look * spacing_ / speed, until / most_looks);
     for (double t = step; t < until; t += step) {
       const std::optional<int> face = beyond(t);
@@ -123,9 +133,18 @@ class Turning {
     return std::nullopt;
   }
 
+  meltsim::physics::RigidPlace place_after(double after) const {
+    const std::vector<meltsim::PosePoint>& path = desc_.path;
+    if (path.empty()) return meltsim::physics::moved_on(start_, after);
+    const Vec3d axis = desc_.path_axis * (1 / length(desc_.path_axis));
+    const auto points = static_cast<std::uint32_t>(path.size());
+    return meltsim::physics::place_at(
+        meltsim::physics::motion_on(path.data(), points, axis, start_.position, now_ + after), now_ + after);
+  }
+
   /// The wall that a particle is beyond after a time [s].
   std::optional<int> beyond(double after) const {
-    const meltsim::physics::RigidPlace place = meltsim::physics::moved_on(start_, after);
+    const meltsim::physics::RigidPlace place = place_after(after);
     bool near = false;
     for (int corner = 0; corner < 8; ++corner)
       near = near || wall_behind(meltsim::physics::point_of(place, {corner & 1 ? box_.min.x : box_.max.x,
@@ -139,8 +158,9 @@ class Turning {
   }
 
   const meltsim::DomainDesc& domain_;
-  double spacing_;
-  meltsim::physics::RigidPlace start_;
+  double spacing_, now_;
+  const meltsim::SolidDesc& desc_;
+  meltsim::physics::RigidPlace start_;  ///< of a body on a path, as built
   std::vector<Vec3d> arms_;
   meltsim::Box box_{};
   double reach_ = 0;
@@ -152,6 +172,15 @@ std::optional<std::string> refused_way(const Scene& scene, const meltsim::PieceI
                                        double now, double end) {
   if (!exit || !(now + exit->after < end)) return std::nullopt;
   const SceneBody& body = scene.bodies.at(piece.body.index);
+  if (!body.desc.path.empty()) {
+    const auto path = body.source.keys.find("path");
+    return fmt::format(
+        "{}: {}.path: takes \"{}\" through the wall {} at t={:.3g} s, before time.end {:g} s: the run would "
+        "be refused there; "
+        "use time.end {:.2g} or less, another path, or a domain with more room",
+        path == body.source.keys.end() ? body.source.where : path->second, body.source.path, piece.name,
+        face_names[exit->face], now + exit->after, end, rounded_down(now + exit->after, 2));
+  }
   const bool turns = length(motion.angular_velocity) > 0;
   const char* const key = turns ? "angular_velocity" : "velocity";
   const auto found = body.source.keys.find(key);
@@ -170,7 +199,7 @@ std::optional<std::string> refused_way(const Scene& scene, const meltsim::PieceI
 
 std::optional<Exit> way_of(const Scene& scene, Built& built, const meltsim::PieceInfo& piece,
                            const meltsim::BodyMotion& motion, double left) {
-  if (!(length(motion.angular_velocity) > 0))
+  if (!(length(motion.angular_velocity) > 0) && scene.bodies.at(piece.body.index).desc.path.empty())
     return way_out(scene.world.domain, piece.bounds, motion.velocity, scene.world.spacing);
   return Turning(scene, built, piece.body).way_out(left, 1 / scene.time.fps);
 }

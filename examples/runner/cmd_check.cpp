@@ -209,7 +209,7 @@ class Check {
       else if (r.viscous_supersteps > 2)
         warn(
             fmt::format("viscosity takes {} sweeps over all neighbours per sub-step; a larger "
-                        "particles.spacing takes fewer",
+                        "particles.spacing takes fewer; viscosities are in Pa s (water 0.001, honey 10)",
                         r.viscous_stages * r.viscous_supersteps));
     } else if (r.viscous_dt <= r.stable_dt) {
       line("viscosity", fmt::format("explicit: limits sub-steps to {:.3g} s", r.viscous_dt));
@@ -452,15 +452,30 @@ class Check {
                                 std::min(desc.until, scene_.time.end), desc.temperature));
   }
 
+  /// How far and how fast a region moves.
+  static std::string path_text(const std::vector<meltsim::PathPoint>& path) {
+    double far = 0, fastest = 0;
+    for (std::size_t k = 1; k < path.size(); ++k) {
+      const double step = length(path[k].displacement - path[k - 1].displacement);
+      far += step;
+      fastest = std::max(fastest, step / (path[k].time - path[k - 1].time));
+    }
+    return fmt::format("{:.3g} m from t={:g} s to {:g} s, at most {:.3g} m/s", far, path.front().time,
+                       path.back().time, fastest);
+  }
+
   /// [W] Of heat.regions.
   void print_sources() {
     for (const RegionPower& r : region_powers(scene_, built_)) {
-      if (r.particles == 0) idle_regions_.push_back(r.region->desc.name);
-      line("source",
-           fmt::format("\"{}\": {:.4g} W in the {} particles that are in it at the start{}",
-                       r.region->desc.name, r.power, count_text(r.particles),
-                       r.region->desc.from > 0 ? fmt::format(", from t={:g} s on", r.region->desc.from)
-                                               : std::string()));
+      const bool stays = r.region->desc.path.empty();
+      if (r.particles == 0 && stays) idle_regions_.push_back(r.region->desc.name);
+      line(
+          "source",
+          fmt::format("\"{}\": {:.4g} W in the {} particles that are in it at the start{}{}",
+                      r.region->desc.name, r.power, count_text(r.particles),
+                      r.region->desc.from > 0 ? fmt::format(", from t={:g} s on", r.region->desc.from)
+                                              : std::string(),
+                      stays ? std::string() : fmt::format("; it moves, {}", path_text(r.region->desc.path))));
     }
     const bool still = now_.fluid == 0 && scene_.emitters.empty() &&
                        std::all_of(scene_.bodies.begin(), scene_.bodies.end(), [](const SceneBody& b) {

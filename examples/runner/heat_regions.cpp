@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "expect.hpp"
+#include "meltsim/physics/path.hpp"
 #include "numbers.hpp"
 #include "resolution.hpp"
 
@@ -40,6 +41,19 @@ Shape in_domain(const meltsim::DomainDesc& domain, const Shape& shape) {
       for (const double way : {-1.0, 1.0}) all.push_back(all[k].transformed(periods[axis] * way));
   }
   return Shape::intersect({Shape::unite(std::move(all)), Shape::box(domain.min, domain.max)});
+}
+
+/// Where a region is when it begins to act, from where its shape is [m].
+Vec3d at_begin(const SceneHeatRegion& region) {
+  const std::vector<meltsim::PathPoint>& path = region.desc.path;
+  if (path.empty()) return {};
+  return meltsim::physics::displacement_at(path.data(), static_cast<std::uint32_t>(path.size()),
+                                           region.desc.from);
+}
+
+/// What acts of a region that rests: what is in the domain. One that moves may bring the rest in.
+Shape acting(const Scene& scene, const SceneHeatRegion& region) {
+  return region.desc.path.empty() ? in_domain(scene.world.domain, region.desc.shape) : region.desc.shape;
 }
 
 /// [kg/m^3] of a material at a temperature.
@@ -84,10 +98,11 @@ std::vector<RegionPower> region_powers(const Scene& scene, Built& built) {
   for (const meltsim::MaterialId id : built.material_ids) table.push_back(built.world.material(id));
   for (const SceneHeatRegion& region : scene.heat_regions) {
     if (!heats(region)) continue;
-    const Shape shape = in_domain(scene.world.domain, region.desc.shape);
+    const Shape shape = acting(scene, region);
+    const Vec3d moved = at_begin(region);
     RegionPower sum{&region, 0, 0};
     for (std::size_t i = 0; i < now.id.size(); ++i) {
-      const Vec3d x = now.position[i];
+      const Vec3d x = now.position[i] - moved;
       if (meltsim::is_removed(now.tag[i]) ||
           !shape.contains({middle(x.x, origin.x), middle(x.y, origin.y), middle(x.z, origin.z)}))
         continue;
@@ -105,7 +120,7 @@ std::vector<std::string> uneven_regions(const Scene& scene) {
   const double dx = scene.world.spacing;
   for (const SceneHeatRegion& region : scene.heat_regions) {
     if (region.desc.source == 0) continue;
-    const Shape shape = in_domain(scene.world.domain, region.desc.shape);
+    const Shape shape = acting(scene, region);
     const meltsim::Box b = shape.bounds();
     const Vec3d size = b.max - b.min;
     if (!(size.x * size.y * size.z < many_cells * dx * dx * dx)) continue;

@@ -170,7 +170,22 @@ const Options<SceneHeatRegion>& heat_region_options() {
           [](const Node& value, D& d) { d.desc.source = value.number("W/m^3"); },
           [](const D& d) { return d.desc.temperature ? Json() : Json(d.desc.source); }),
       from_of<D>(),
-      until_of<D>()};
+      until_of<D>(),
+      custom<D>(
+          "path", "path", "",
+          "where it is at what time: points `[[time, x, y, z], ...]` [s, m], from where `shape` is; it moves "
+          "in straight lines, at constant speed from "
+          "one point to the next, before the first and after the last it is at rest",
+          {{"type", "array"},
+           {"minItems", 1},
+           {"items", {{"type", "array"}, {"minItems", 4}, {"maxItems", 4}, {"items", {{"type", "number"}}}}}},
+          [](const Node& value, D& d) { d.desc.path = load_path(value); },
+          [](const D& d) {
+            Json json;
+            for (const meltsim::PathPoint& p : d.desc.path)
+              json.push_back({p.time, p.displacement.x, p.displacement.y, p.displacement.z});
+            return json;
+          })};
   return options;
 }
 
@@ -214,6 +229,27 @@ const Options<SceneBody>& body_options() {
           .echoed_if_set(),
       vector<D>("pivot", "pivot", MEMBER(desc.pivot), "m", "its centre",
                 "of a kinematic body: what it turns about [m]"),
+      custom<D>(
+          "path", "path", "",
+          "of a kinematic body, in place of velocities: where it is at what time, points `[[time, x, y, z], "
+          "...]` or, where it turns, `[[time, x, y, z, "
+          "angle], ...]` [s, m, degrees], from where it is built, which the first point is; straight and at "
+          "constant rates from one point to the "
+          "next, before the first and after the last at rest",
+          {{"type", "array"},
+           {"minItems", 1},
+           {"items", {{"type", "array"}, {"minItems", 4}, {"maxItems", 5}, {"items", {{"type", "number"}}}}}},
+          [](const Node& value, D& d) { d.desc.path = load_poses(value); },
+          [](const D& d) {
+            Json json;
+            for (const meltsim::PosePoint& p : d.desc.path)
+              json.push_back(
+                  {p.time, p.displacement.x, p.displacement.y, p.displacement.z, p.angle * degrees});
+            return json;
+          }),
+      vector<D>("path_axis", "path_axis", MEMBER(desc.path_axis), "", "[0, 0, 1]",
+                "through the pivot, that angles of `path` turn about")
+          .echoed_if_set(),
       number<D>("max_speed", "max_speed", MEMBER(desc.max_speed), "m/s", at_least(0), "0",
                 "largest speed that any point of the body will have [m/s], where that is more than what it "
                 "starts with and falls makes it: sound is ten times as fast")

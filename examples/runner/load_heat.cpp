@@ -4,7 +4,10 @@
 
 #include <fmt/format.h>
 
+#include <array>
+
 #include "load_parts.hpp"
+#include "numbers.hpp"
 
 namespace runner {
 
@@ -31,6 +34,39 @@ void load_property(const Node& value, const char* key, const char* unit, double&
           fmt::format("expected [temperature, value] (degrees Celsius, {}), got {}", unit, item.found()));
     points.push_back({pair[0].number("degrees Celsius"), pair[1].number(unit)});
   }
+}
+
+namespace {
+/// The rows of a path, whose times ascend; what is not given is 0.
+std::vector<std::array<double, 5>> load_rows(const Node& value, std::size_t most, const char* expected) {
+  std::vector<std::array<double, 5>> rows;
+  for (const Node& item : value.items("points [[time, x, y, z], ...]")) {
+    const auto row = item.is_list() ? item.items("a point") : std::vector<Node>{};
+    if (row.size() < 4 || row.size() > most)
+      item.fail(fmt::format("expected {}, got {}", expected, item.found()));
+    std::array<double, 5> x{row[0].number("s")};
+    if (!rows.empty() && !(x[0] > rows.back()[0]))
+      row[0].fail(fmt::format("{:g} s is not after the point before it, at {:g} s; times must ascend", x[0],
+                              rows.back()[0]));
+    for (std::size_t k = 1; k < row.size(); ++k) x[k] = row[k].number(k < 4 ? "m" : "degrees");
+    rows.push_back(x);
+  }
+  return rows;
+}
+}  // namespace
+
+std::vector<meltsim::PathPoint> load_path(const Node& value) {
+  std::vector<meltsim::PathPoint> path;
+  for (const auto& x : load_rows(value, 4, "[time, x, y, z] (s, m)"))
+    path.push_back({x[0], {x[1], x[2], x[3]}});
+  return path;
+}
+
+std::vector<meltsim::PosePoint> load_poses(const Node& value) {
+  std::vector<meltsim::PosePoint> path;
+  for (const auto& x : load_rows(value, 5, "[time, x, y, z] or [time, x, y, z, angle] (s, m, degrees)"))
+    path.push_back({x[0], {x[1], x[2], x[3]}, x[4] / degrees});
+  return path;
 }
 
 void load_wall_heat(const Node& node, meltsim::DomainDesc& domain) {

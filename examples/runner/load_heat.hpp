@@ -13,4 +13,8 @@ meltsim::SurfaceHeatDesc load_surface(const Node& node);
 void load_property(const Node& value, const char* key, const char* unit, double& constant,
                    std::vector<meltsim::PropertyPoint>& points);
 
+/// A list of [time, x, y, z]; of a body, of [time, x, y, z, degrees], too.
+std::vector<meltsim::PathPoint> load_path(const Node& value);
+std::vector<meltsim::PosePoint> load_poses(const Node& value);
+
 }  // namespace runner

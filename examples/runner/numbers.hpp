@@ -8,6 +8,9 @@
 
 namespace runner {
 
+/// Of an angle of 1 rad.
+inline constexpr double degrees = 57.295779513082323;
+
 /// The whole text as a number ("3.34e5", "-10", ".inf", "inf"), or nothing.
 std::optional<double> parse_number(const std::string& text);
 /// "0.03" or "3%" as a share above 0 and up to 1, or nothing.

@@ -244,6 +244,12 @@ struct SolidDesc {
   /// particles.
   /// For a proxy: its centre of mass as built [m], which ProxyState::position refers to; empty likewise.
   std::optional<Vec3d> pivot;
+  /// For a kinematic body: where it is at what time, in place of velocities: a ladle that tilts, an animated collider. Times ascend; from one point to the
+  /// next it moves in a straight line at constant speed and turns at a constant rate, before the first and after the last it is at rest
+  /// (physics/path.hpp); sub-steps begin and end at the points, too. The first point is where it is built: displacement and angle 0. At most
+  /// 1,048,576 points. World::set_motion() ends the path for good.
+  std::vector<PosePoint> path;
+  Vec3d path_axis{0, 0, 1};  ///< axis through the pivot that angles of `path` turn about, of any length but 0
   /// Mass of a proxy [kg], > 0. Its particles have this mass together, whatever the density of its material.
   double mass = 0;
   /// Inertia of a proxy about its centre of mass, in the axes of the World as built [kg m^2]; all 0 = that of the mass spread
@@ -263,8 +269,8 @@ struct SolidDesc {
   int growth = 0;
 };
 
-/// A fixed part of space that heats, cools or holds the temperature of the particles inside. Its shape is resolved to
-/// the spacing, and goes on behind periodic faces. Needs HeatModel::enthalpy.
+/// A part of space that heats, cools or holds the temperature of the particles inside. Its shape is resolved to the spacing where it is
+/// built, and goes on behind periodic faces. Needs HeatModel::enthalpy.
 struct HeatRegionDesc {
   std::string name;                   ///< empty = "heat<N>"
   Shape shape;                        ///< the volume [m]
@@ -272,6 +278,11 @@ struct HeatRegionDesc {
   double source = 0;                  ///< heat released [W/m^3]; negative cools
   double from = 0;                    ///< begins to act [s]; sub-steps begin and end then, too
   double until = infinity;            ///< ceases to act [s]
+  /// Where it is, from where it was built; empty: it stays there. Times ascend; between them it moves in straight lines at constant speed,
+  /// before the first and after the last it is at rest (physics/path.hpp). A sub-step, however long, shares `source` out along what is passed in it,
+  /// and holds `temperature` in all of that. It passes walls, and comes in again behind periodic
+  /// faces. At most 1,048,576 points. World::move_heat_region() puts something else in its place.
+  std::vector<PathPoint> path;
 };
 
 /// What a force field does to the particles in it; formulas: physics/force_field.hpp.

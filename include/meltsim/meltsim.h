@@ -279,6 +279,12 @@ typedef struct meltsim_solid_desc {
   double held_until; /* a free or rigid body stays where it is until then [s]; 0: free from the start */
   int32_t carve;     /* 0: refused where liquid lies in its place; 1: that leaves */
   int32_t growth;    /* lattice steps beyond its shape that liquid may freeze onto */
+  const double*
+      path; /* of a kinematic body, in place of velocities: time [s], displacement [m] of its pivot from where
+                          the body is built, angle [rad] about path_axis, five numbers per point, times ascending, the
+                          first point where it is built; null: none */
+  size_t path_count;   /* points */
+  double path_axis[3]; /* through the pivot */
 } meltsim_solid_desc;
 
 /* A nozzle that emits liquid at a steady speed, or an open face with liquid beyond. */
@@ -303,7 +309,7 @@ typedef struct meltsim_emitter_desc {
   int32_t recycle; /* what has left comes again; at most max_particles at a time, 0: what fills the domain */
 } meltsim_emitter_desc;
 
-/* A fixed part of space that heats, cools or holds the temperature of the particles inside. */
+/* A part of space that heats, cools or holds the temperature of the particles inside. */
 typedef struct meltsim_heat_region_desc {
   uint32_t size;              /* sizeof(meltsim_heat_region_desc) */
   int32_t has_temperature;    /* whether particles are held at `temperature`; excludes `source` */
@@ -313,6 +319,9 @@ typedef struct meltsim_heat_region_desc {
   double source;              /* heat released [W/m^3] */
   double from;                /* begins to act [s] */
   double until;               /* ceases to act [s] */
+  const double* path; /* where it is: time [s] and displacement [m] from where it was built, four numbers
+                                 per point, times ascending; null: it stays there */
+  size_t path_count;  /* points */
 } meltsim_heat_region_desc;
 
 /* What a force field does: meltsim_force_field_desc::kind. */
@@ -641,6 +650,10 @@ MELTSIM_C_API meltsim_status meltsim_world_set_free_surface_heat(meltsim_world* 
 /* A region holds `temperature`, or, where that is null, releases `source` [W/m^3]. */
 MELTSIM_C_API meltsim_status meltsim_world_set_heat_region(meltsim_world* world, meltsim_id region,
                                                            const double* temperature, double source);
+/* Moves a region: its shape lies `displacement` [m] from where it was built, and goes on at `velocity` [m/s]; null: 0. */
+MELTSIM_C_API meltsim_status meltsim_world_move_heat_region(meltsim_world* world, meltsim_id region,
+                                                            const double displacement[3],
+                                                            const double velocity[3]);
 /* Replaces a force field: place, kind and strength; without waiting. Takes one out. */
 MELTSIM_C_API meltsim_status meltsim_world_set_force_field(meltsim_world* world, meltsim_id field,
                                                            const meltsim_force_field_desc* desc);

@@ -34,6 +34,19 @@ enum class NeighbourSearch {
   tree
 };
 
+/// A point of a path.
+struct PathPoint {
+  double time = 0;     ///< [s]
+  Vec3d displacement;  ///< [m] from where what moves was built
+};
+
+/// A point of the path of a body.
+struct PosePoint {
+  double time = 0;     ///< [s]
+  Vec3d displacement;  ///< [m] of its pivot from where the body was built
+  double angle = 0;    ///< [rad] by which it has turned about its SolidDesc::path_axis; may be many turns
+};
+
 /// How the viscosity of liquids enters a sub-step.
 enum class Viscosity {
   automatic,  ///< implicit where it would limit the sub-step more than anything else does, else explicit

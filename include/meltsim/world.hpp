@@ -231,7 +231,7 @@ class MELTSIM_API World {
   /// pose lasts for the next step; afterwards, and without a pose, the body goes on at the velocities given. Liquid and
   /// other bodies see its velocity at every point and give way; its own motion does not change. step() refuses, with
   /// invalid_argument, a motion that would be faster than half the sound speed (only where there is liquid or a free body)
-  /// or carry the body through a wall; periodic and open faces may be crossed. A teleport synchronises. Liquid that the body
+  /// or carry the body through a wall, and forgets it: the body goes on as before. Periodic and open faces may be crossed. A teleport synchronises. Liquid that the body
   /// would bury goes, in this call, to the nearest free places that are reached from there around other bodies
   /// (Ledger::displaced); a teleport is refused where these do not suffice, and onto another body or a nozzle. Errors:
   /// invalid_argument (names the field), out_of_memory.
@@ -248,7 +248,7 @@ class MELTSIM_API World {
   /// within the step; liquid and other bodies see that velocity. The last call before a step counts. The first call for a body
   /// binds its particles to the mesh, synchronises, and the next step uploads; later ones take time in proportion to its particles
   /// on the host and wait for nothing. step() refuses, with invalid_argument, vertices that make a particle faster than half the
-  /// sound speed or carry it through a wall; move them over more steps. Particles that come apart or together stand for the
+  /// sound speed or carry it through a wall, and forgets them; move them over more steps. Particles that come apart or together stand for the
   /// room that they then have. Errors: invalid_argument (names the field: not kinematic,
   /// not built from one mesh, growth, another number of vertices, not finite), out_of_memory.
   Status update_mesh(BodyId body, const std::vector<Vec3d>& vertices,
@@ -257,7 +257,7 @@ class MELTSIM_API World {
   /// Sets pose and twist of a proxy (Motion::proxy) as the host has them at time(). The last ones set before a step count.
   /// Velocities hold at once; the gap between the host's pose and its own the proxy closes at constant rates within the next
   /// step, none of its points faster than at a tenth of the sound speed. Without a new state it moves on as a rigid body. step() refuses, with invalid_argument, a motion that would be
-  /// faster than half the sound speed or a pose beyond a wall; a teleport is checked as by set_motion. Errors:
+  /// faster than half the sound speed or a pose beyond a wall, and forgets it; a teleport is checked as by set_motion. Errors:
   /// invalid_argument (names the field).
   Status set_proxy(BodyId body, const ProxyState& state);
   /// Returns pose and twist of a proxy at time(); not of a state set since the last step. Synchronises; Reading::forces has
@@ -319,6 +319,11 @@ class MELTSIM_API World {
   /// Sets what a heat region does while it acts: it holds `temperature` [degrees Celsius] or, where that is empty, releases
   /// `source` [W/m^3], which may be 0. Shape and times stay. Errors: invalid_argument (names the field).
   Status set_heat_region(HeatRegionId region, const std::optional<double>& temperature, double source = 0);
+  /// Moves a heat region, such as the spot of a laser: from the next step on its shape, as resolved where it was built, lies `displacement`
+  /// [m] from there, and goes on at `velocity` [m/s]. It passes walls, and comes in again behind periodic faces. Where it is follows from the time alone,
+  /// so that after restore() to a time before it lies where that velocity would have had it then. Later calls for a region are one small kernel; the first one
+  /// resolves its shape anew, also beyond the domain, and costs what adding one does. Errors: invalid_argument (names the field), out_of_memory.
+  Status move_heat_region(HeatRegionId region, Vec3d displacement, Vec3d velocity = {});
   /// Replaces a force field: place, kind and strength, from the next step on; one small kernel. An empty name keeps the name. Plans
   /// anew as set_gravity where particles may become faster than ever before. Errors: invalid_argument (names the field).
   Status set_force_field(ForceFieldId field, const ForceFieldDesc& desc);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 #include <regex>
 
@@ -277,6 +278,26 @@ auto property(double MaterialDesc::*constant, std::vector<PropertyPoint> Materia
   };
 }
 
+/// Rows of numbers, the least and the most that one may have.
+std::vector<std::array<double, 5>> rows_of(const std::string& name, nb::handle v, const char* expected,
+                                           Py_ssize_t least, Py_ssize_t most) {
+  const std::string fault = name + ": expected rows of " + expected + ", got ";
+  const nb::object rows = items_of(v);
+  if (!rows) wrong_type(fault + shown(v));
+  std::vector<std::array<double, 5>> read;
+  for (Py_ssize_t i = 0; i < PySequence_Fast_GET_SIZE(rows.ptr()); ++i) {
+    const nb::object row = items_of(PySequence_Fast_GET_ITEM(rows.ptr(), i));
+    const Py_ssize_t size = row ? PySequence_Fast_GET_SIZE(row.ptr()) : 0;
+    if (size < least || size > most) wrong_type(fault + shown(v));
+    std::array<double, 5> x{};
+    for (Py_ssize_t k = 0; k < size; ++k)
+      x[static_cast<std::size_t>(k)] =
+          number(name + "[" + std::to_string(i) + "]", PySequence_Fast_GET_ITEM(row.ptr(), k));
+    read.push_back(x);
+  }
+  return read;
+}
+
 const Keys<MaterialInput>& material_keys() {
   using D = MaterialDesc;
   const auto d = [](auto member) { return of(&MaterialInput::desc, member); };
@@ -369,6 +390,16 @@ const Keys<SolidInput>& solid_keys() {
        }},
       {"max_speed", "float", "the largest speed that any point of a body that moves will have [m/s]",
        d(&D::max_speed)},
+      {"path", "Sequence[Sequence[float]]",
+       "of a kinematic body, in place of velocities: (time [s], x, y, z [m] from where it is built, and, "
+       "where it turns, angle [rad]) per "
+       "point",
+       [](SolidInput& input, const std::string& name, nb::handle v) {
+         input.desc.path.clear();
+         for (const auto& x : rows_of(name, v, "(time, x, y, z) or (time, x, y, z, angle)", 4, 5))
+           input.desc.path.push_back({x[0], {x[1], x[2], x[3]}, x[4]});
+       }},
+      {"path_axis", vector_type, "through its pivot, that angles of the path turn about", d(&D::path_axis)},
       {"mass", "float", "of a proxy, above 0 [kg]", d(&D::mass)},
       {"inertia", "Sequence[Sequence[float]] | Sequence[float] | None",
        "of a proxy, about its pivot as built, 3 x 3, or three numbers along the axes [kg m^2]; None: of its "
@@ -443,7 +474,14 @@ const Keys<HeatRegionDesc>& region_keys() {
                              "holds particles inside at this [degrees Celsius]", set_to(&D::temperature)},
                             {"source", "float", "heat released [W/m^3]", set_to(&D::source)},
                             {"start", "float", "begins to act [s]", set_to(&D::from)},
-                            {"until", "float", "ceases to act [s]", set_to(&D::until)}};
+                            {"until", "float", "ceases to act [s]", set_to(&D::until)},
+                            {"path", "Sequence[Sequence[float]]",
+                             "where it is: (time [s], x, y, z [m] from where it was built) per point",
+                             [](D& d, const std::string& name, nb::handle v) {
+                               d.path.clear();
+                               for (const auto& x : rows_of(name, v, "(time, x, y, z)", 4, 4))
+                                 d.path.push_back({x[0], {x[1], x[2], x[3]}});
+                             }}};
   return keys;
 }
 
@@ -1894,6 +1932,18 @@ void bind_world(nb::module_& m) {
           nb::sig("def set_heat_region(self, region: HeatRegion | str, *, temperature: typing.SupportsFloat "
                   "| None = None, source: typing.SupportsFloat = 0.0) -> None"),
           "Sets what a heat region does: it holds a temperature [degrees Celsius] or releases heat [W/m^3].")
+      .def(
+          "move_heat_region",
+          [](HostWorld& w, nb::object region, nb::object displacement, nb::object velocity) {
+            const Vec3d by = vector("displacement", displacement), goes = vector("velocity", velocity);
+            const HeatRegionId id = w.resolve("region", w.regions, region, "heat region");
+            away(w, true, [&](World& world) { expect(world.move_heat_region(id, by, goes)); });
+          },
+          "region"_a, "displacement"_a, "velocity"_a = nb::make_tuple(0.0, 0.0, 0.0),
+          nb::sig("def move_heat_region(self, region: HeatRegion | str, displacement: Sequence[float], "
+                  "velocity: Sequence[float] = (0.0, 0.0, 0.0)) -> None"),
+          "Moves a heat region: its shape lies `displacement` [m] from where it was built, and goes on at "
+          "`velocity` [m/s].")
       .def(
           "prepare", [](HostWorld& w) { away(w, true, [](World& world) { expect(world.prepare()); }); },
           "Allocates and plans for the next step; step() does it if it was not called.")

@@ -226,7 +226,7 @@ meltsim::Quat<double> quat(const double q[4]) { return {q[0], q[1], q[2], q[3]};
 template <class C>
 void check_room(const C* to, const char* name, const char* type, size_t struct_size, size_t capacity,
                 size_t count) {
-  if (struct_size == 0 || struct_size > sizeof(C))
+  if (struct_size == 0 || struct_size > sizeof(C) || struct_size % alignof(C) != 0)
     refuse("struct_size: " + std::to_string(struct_size) + " is not a size of " + type + ", at most " +
            std::to_string(sizeof(C)) + "; pass sizeof(" + type + ")");
   if (count > capacity)
@@ -479,6 +479,7 @@ static void fill(meltsim_solid_desc* desc) {
   desc->size = sizeof *desc;
   desc->temperature = meltsim::SolidDesc{}.temperature;
   desc->carve = 1;
+  put(desc->path_axis, meltsim::SolidDesc{}.path_axis);
   desc->surface.ambient = meltsim::SurfaceHeatDesc{}.ambient;
 }
 static void fill(meltsim_emitter_desc* desc) {
@@ -798,6 +799,11 @@ meltsim_status meltsim_world_add_solid(meltsim_world* world, const meltsim_solid
     d.held_until = c.held_until;
     d.carve = c.carve != 0;
     d.growth = c.growth;
+    at_most(c.path_count, 1u << 20, "desc.path_count");
+    if (c.path_count > 0) given(c.path, "desc.path");
+    for (const double* p = c.path; d.path.size() < c.path_count; p += 5)
+      d.path.push_back({p[0], vec(p + 1), p[4]});
+    d.path_axis = vec(c.path_axis);
     const meltsim::BodyId made = expect(world_of(world).add_solid(d));
     if (id != nullptr) *id = id_of(made);
   });
@@ -828,6 +834,9 @@ meltsim_status meltsim_world_add_heat_region(meltsim_world* world, const meltsim
     d.source = c.source;
     d.from = c.from;
     d.until = c.until;
+    at_most(c.path_count, 1u << 20, "desc.path_count");
+    if (c.path_count > 0) given(c.path, "desc.path");
+    for (size_t k = 0; k < c.path_count; ++k) d.path.push_back({c.path[4 * k], vec(c.path + 4 * k + 1)});
     const meltsim::HeatRegionId made = expect(world_of(world).add_heat_region(d));
     if (id != nullptr) *id = id_of(made);
   });
@@ -1033,6 +1042,14 @@ meltsim_status meltsim_world_set_heat_region(meltsim_world* world, meltsim_id re
     std::optional<double> held;
     if (temperature != nullptr) held = *temperature;
     expect(world_of(world).set_heat_region(handle<meltsim::HeatRegionId>(region), held, source));
+  });
+}
+meltsim_status meltsim_world_move_heat_region(meltsim_world* world, meltsim_id region,
+                                              const double displacement[3], const double velocity[3]) {
+  return guarded([&] {
+    const auto or_zero = [](const double* v) { return v != nullptr ? vec(v) : Vec3d{}; };
+    expect(world_of(world).move_heat_region(handle<meltsim::HeatRegionId>(region), or_zero(displacement),
+                                            or_zero(velocity)));
   });
 }
 meltsim_status meltsim_world_set_heat_time_scale(meltsim_world* world, double scale) {

@@ -601,6 +601,25 @@ Status validate(const SurfaceHeatDesc& s, HeatModel model, const std::string& wh
   return {};
 }
 
+namespace {
+Status validate_path(const std::string& p, const std::vector<PathPoint>& path) {
+  constexpr std::size_t most = 1u << 20;
+  if (path.size() > most)
+    return invalid(p, "path: at most ", most, " points, got ", path.size(),
+                   "; move the region with move_heat_region instead");
+  for (std::size_t k = 0; k < path.size(); ++k) {
+    const PathPoint& point = path[k];
+    if (!std::isfinite(point.time) || !finite(point.displacement))
+      return invalid(p, "path: point ", k, ", ", point.displacement, " m at ", point.time,
+                     " s, must be finite");
+    if (k > 0 && !(point.time > path[k - 1].time))
+      return invalid(p, "path: point ", k, " is at ", point.time, " s, not after the one before it, at ",
+                     path[k - 1].time, " s; times must ascend");
+  }
+  return {};
+}
+}  // namespace
+
 Status validate(const HeatRegionDesc& r, HeatModel model) {
   const std::string p = "heat region \"" + r.name + "\": ";
   if (!std::isfinite(r.source))
@@ -614,6 +633,7 @@ Status validate(const HeatRegionDesc& r, HeatModel model) {
   if (!r.temperature && r.source == 0)
     return invalid(p, "source: is 0 and no temperature is given, so it does nothing; set one of them");
   if (Status st = validate_times(p, r.from, r.until); !st) return st;
+  if (Status st = validate_path(p, r.path); !st) return st;
   if (model != HeatModel::enthalpy) return invalid(p, "regions need heat.model enthalpy");
   return {};
 }

@@ -81,7 +81,7 @@ class EngineImpl final : public Engine {
     const Sizes n = sizes_of<E>(c, l, s, fuses(ex_));
     std::uint64_t total = 0;
     for (int i = 0; i < field_count; ++i)
-      if ((s.channels >> i) & 1u) total += field_bytes<T>(i, n) * (double_buffered(i) ? 2u : 1u);
+      if (s.channels.has(i)) total += field_bytes<T>(i, n) * (double_buffered(i) ? 2u : 1u);
     return total;
   }
 
@@ -142,7 +142,7 @@ class EngineImpl final : public Engine {
     w_.slots_of_all = asks_by_id(setup.facts);
     put_tables(ex_, with(setup.channels), c);
     put_lattice(ex_, w_, l, state, room_, grown, HostLoops(setup.threads));
-    const auto has = [grown](int field) { return ((grown >> field) & 1u) != 0; };
+    const auto has = [grown](int field) { return grown.has(field); };
     unguarded([&] {
       if (has(field_enthalpy)) step::enthalpy_to_slots<E, T>(ex_, w_);
       if (has(field_enthalpy_of_id)) step::enthalpy_to_ids<E, T>(ex_, w_);
@@ -309,6 +309,10 @@ class EngineImpl final : public Engine {
   void set_heat_region(std::uint32_t row, bool held, double temperature, double source) override {
     if (w_.f.heat_regions == nullptr || row >= w_.c.heat_regions) return;  // the next plan has it
     step::set_heat_region<E, T>(ex_, w_, row, held, temperature, source);
+  }
+  void move_heat_region(std::uint32_t row, double since, Vec3d displacement, Vec3d velocity) override {
+    if (w_.f.heat_regions == nullptr || row >= w_.c.heat_regions) return;  // the next plan has it
+    step::move_heat_region<E, T>(ex_, w_, row, since, displacement, velocity);
   }
 
   void set_force_field(std::uint32_t row, const physics::ForceField<double>& field,

@@ -123,6 +123,7 @@ inline void size_tables(Sizes& n, const SceneConstants& c) {
   set_size(n, Owner::emitter_point, c.emitter_points.size());
   set_size(n, Owner::heat_region, c.heat_regions.size());
   set_size(n, Owner::heat_region_word, c.heat_region_cells.size());
+  set_size(n, Owner::heat_region_point, c.heat_region_path.size());
   set_size(n, Owner::world, 1);
 }
 

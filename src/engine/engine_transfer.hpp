@@ -101,9 +101,11 @@ void put_tables(E& ex, const Frame<T>& w, const SceneConstants& c) {
   std::vector<HeatRegionRow<T>> regions;
   for (const HeatRegionRow<double>& r : c.heat_regions)
     regions.push_back({cast<T>(r.min), static_cast<T>(r.inv_cell), r.nx, r.ny, r.nz, r.first_word, r.held,
-                       r.temperature, static_cast<T>(r.source), r.from, r.until});
+                       r.temperature, static_cast<T>(r.source), r.from, r.until, r.moves, r.first_point,
+                       r.points, r.since, r.displacement, r.velocity});
   put(ex, w.f.heat_regions, regions);
   put(ex, w.f.heat_region_cells, c.heat_region_cells);
+  put(ex, w.f.heat_region_path, c.heat_region_path);
   if (w.f.force_fields != nullptr) {
     ForceFields<T> fields;
     fields.count = c.force_fields.count;
@@ -161,7 +163,7 @@ inline std::vector<std::uint32_t> own_labels(std::uint64_t first, std::uint64_t 
 /// Vertices, sites and the body that fill the room for what is to come, of the channels in `which`.
 template <class E, class T>
 void put_room(E& ex, const Frame<T>& w, const SceneLattice& l, const LatticeRoom& room, FieldSet which) {
-  const auto wanted = [which](int field, auto* to) { return ((which >> field) & 1u) != 0 ? to : nullptr; };
+  const auto wanted = [which](int field, auto* to) { return which.has(field) ? to : nullptr; };
   const std::uint64_t vertices = l.vertex_site.size(), sites = l.site_vertex.size();
   if (room.vertices <= vertices || room.sites < sites + LatticeRoom::spare_sites ||
       room.bodies <= l.bodies.size())
@@ -215,7 +217,7 @@ void put_body(E& ex, const Frame<T>& w, const SceneLattice& l, const SceneState&
 template <class E, class T>
 void put_lattice(E& ex, const Frame<T>& w, const SceneLattice& l, const SceneState& s,
                  const LatticeRoom& room, FieldSet which, const HostLoops& loops) {
-  const auto wanted = [which](int field, auto* to) { return ((which >> field) & 1u) != 0 ? to : nullptr; };
+  const auto wanted = [which](int field, auto* to) { return which.has(field) ? to : nullptr; };
 #define MELTSIM_HELD(array, host, owner, channel, part, first, hashed)      \
   if constexpr (Owner::owner == Owner::vertex || Owner::owner == Owner::id) \
     put_as<Part_##part>(ex, loops, wanted(field_##channel, w.f.channel), s.array);

@@ -82,6 +82,7 @@ struct SceneConstants {
   double largest_mass = 0;
   std::vector<HeatRegionRow<double>> heat_regions;
   std::vector<std::uint32_t> heat_region_cells;
+  std::vector<PathPoint> heat_region_path;
   std::vector<BodyHeat<double>> body_heat;            ///< per body, or empty
   std::uint32_t event_kinds = 0, event_capacity = 0;  ///< 0: events are not watched
   ForceFields<double> force_fields;

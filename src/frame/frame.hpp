@@ -23,6 +23,7 @@
 #include "meltsim/physics/math.hpp"
 #include "meltsim/physics/mesh_motion.hpp"
 #include "meltsim/physics/outlet.hpp"
+#include "meltsim/physics/path.hpp"
 #include "meltsim/physics/proxy.hpp"
 #include "meltsim/physics/rigid_motion.hpp"
 #include "meltsim/physics/rigid_push.hpp"
@@ -91,6 +92,8 @@ struct HeatAccount {
   double step = 0;  ///< what came in during this sub-step [J]
 };
 
+/// How a region moves from where it was built: not at all; displacement + velocity (t - since); along its path.
+inline constexpr std::uint32_t region_rests = 0, region_goes_on = 1, region_on_path = 2;
 /// A region of space on its own grid of spacing-sized cells, in stored coordinates.
 template <class T>
 struct HeatRegionRow {
@@ -99,9 +102,14 @@ struct HeatRegionRow {
   std::int32_t nx = 0, ny = 0, nz = 0;
   std::uint32_t first_word = 0;  ///< of its bits
   std::uint32_t held = 0;
-  double temperature = 0;      ///< degrees Celsius
-  T source{};                  ///< W/m^3
-  double from = 0, until = 0;  ///< s
+  double temperature = 0;                     ///< degrees Celsius
+  T source{};                                 ///< W/m^3
+  double from = 0, until = 0;                 ///< s
+  std::uint32_t moves = 0;                    ///< one of those below
+  std::uint32_t first_point = 0, points = 0;  ///< of its path
+  double since = 0;                           ///< s
+  Vec3<double> displacement{};                ///< m
+  Vec3<double> velocity{};                    ///< m/s
 };
 
 template <class T>

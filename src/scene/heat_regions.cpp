@@ -60,19 +60,11 @@ Result<HeatRegionId> WorldImpl::add_heat_region(const HeatRegionDesc& r) {
   if (Status s = core::validate(region, desc.heat.model); !s) return s.error();
   if (Status s = region.shape.validate(); !s)
     return Error{s.error().code, core::text(what, "shape: ", s.error().message)};
-  const Shape shape = with_images(region.shape);
-  const Box box = reachable(shape.bounds());
   HeatRegionRecord record;
-  if (!inverted(box)) {
-    if (Status s = check_lattice(box, lattice_origin(), desc.spacing); !s)
-      return Error{s.error().code, core::text(what, "shape: ", s.error().message)};
-    record.sites = sample_bits(shape, lattice_origin(), desc.spacing, box);
-  }
-  if (record.sites.inside.empty())
-    return invalid(what, "shape: contains no lattice point ",
-                   desc.domain.bounded ? "of the domain at spacing " : "at spacing ", desc.spacing,
-                   " m; make it larger or lower the spacing",
-                   desc.domain.bounded ? ", or move it into the domain" : "");
+  record.moves = !region.path.empty();
+  Result<SiteBits> sites = region_sites(region.shape, what, record.moves);
+  if (!sites) return sites.error();
+  record.sites = std::move(*sites);
   record.desc = std::move(region);
   record.serial = next_region_;
   const bool planned = takes_new_plan();
@@ -82,6 +74,31 @@ Result<HeatRegionId> WorldImpl::add_heat_region(const HeatRegionDesc& r) {
   if (planned) plan_changed_ = regions_act(time, std::max(time, plan_until_)) || plan_changed_;
   else dirty_ = true;
   return HeatRegionId{heat_regions_.back().serial, number_};
+}
+
+/// The cells of a region. One that moves has those beyond walls, too: it may bring them into the domain.
+Result<SiteBits> WorldImpl::region_sites(const Shape& shape, const std::string& what, bool moves) const {
+  const Shape all = with_images(shape);
+  const Box bounds = all.bounds(), within = reachable(bounds);
+  const auto side = [&](std::size_t axis, double at, double inside) {
+    return moves && !core::is_periodic(desc.domain, axis) ? at : inside;
+  };
+  const Box box{{side(0, bounds.min.x, within.min.x), side(1, bounds.min.y, within.min.y),
+                 side(2, bounds.min.z, within.min.z)},
+                {side(0, bounds.max.x, within.max.x), side(1, bounds.max.y, within.max.y),
+                 side(2, bounds.max.z, within.max.z)}};
+  SiteBits sites;
+  if (!inverted(box)) {
+    if (Status s = check_lattice(box, lattice_origin(), desc.spacing); !s)
+      return Error{s.error().code, core::text(what, "shape: ", s.error().message)};
+    sites = sample_bits(all, lattice_origin(), desc.spacing, box);
+  }
+  // What moves is looked for in one period, of which a layer too many would cover another.
+  if (!sites.inside.empty()) return moves ? trimmed(sites) : sites;
+  return invalid(what, "shape: contains no lattice point ",
+                 desc.domain.bounded ? "of the domain at spacing " : "at spacing ", desc.spacing,
+                 " m; make it larger or lower the spacing",
+                 desc.domain.bounded ? ", or move it into the domain" : "");
 }
 
 /// Null: there is none.
@@ -111,6 +128,37 @@ Status WorldImpl::remove_heat_region(HeatRegionId id) {
   return {};
 }
 
+/// Its row among those that act.
+std::uint32_t WorldImpl::region_row(const HeatRegionRecord& region) const {
+  std::uint32_t row = 0;
+  for (const HeatRegionRecord* r = heat_regions_.data(); r != &region; ++r) row += r->acts ? 1u : 0u;
+  return row;
+}
+
+Status WorldImpl::move_heat_region(HeatRegionId id, Vec3d displacement, Vec3d velocity) {
+  HeatRegionRecord* const region = region_of(id);
+  if (region == nullptr) return no_such_region("move_heat_region", id);
+  const std::string what = "move_heat_region: \"" + region->desc.name + "\": ";
+  if (!finite(displacement)) return invalid(what, "displacement: must be finite, got ", displacement);
+  if (!finite(velocity)) return invalid(what, "velocity: must be finite, got ", velocity);
+  if (!region->moves) {
+    Result<SiteBits> sites = region_sites(region->desc.shape, what, true);
+    if (!sites) return sites.error();
+    const bool planned = takes_new_plan();
+    if (!planned) fetch_state();
+    region->sites = std::move(*sites);
+    region->moves = true;
+    if (planned) plan_changed_ = plan_changed_ || region->acts;
+    else dirty_ = true;
+  }
+  region->steered = true;
+  region->since = time;
+  region->displacement = displacement;
+  region->velocity = velocity;
+  if (!dirty_ && region->acts) engine->move_heat_region(region_row(*region), time, displacement, velocity);
+  return {};
+}
+
 /// Conditions and regions as rows: a region becomes a bit per cell of its box.
 void WorldImpl::fill_heat_boundary(core::SceneConstants& c) const {
   c.surroundings = surroundings();
@@ -132,6 +180,15 @@ void WorldImpl::fill_heat_boundary(core::SceneConstants& c) const {
     row.source = r.source;
     row.from = r.from;
     row.until = r.until;
+    row.moves = region.steered   ? core::region_goes_on
+                : r.path.empty() ? core::region_rests
+                                 : core::region_on_path;
+    row.first_point = static_cast<std::uint32_t>(c.heat_region_path.size());
+    row.points = static_cast<std::uint32_t>(r.path.size());
+    c.heat_region_path.insert(c.heat_region_path.end(), r.path.begin(), r.path.end());
+    row.since = region.since;
+    row.displacement = region.displacement;
+    row.velocity = region.velocity;
     c.heat_region_cells.insert(c.heat_region_cells.end(), region.sites.inside.begin(),
                                region.sites.inside.end());
     c.heat_regions.push_back(row);

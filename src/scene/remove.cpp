@@ -40,9 +40,7 @@ void WorldImpl::forget_body(std::uint32_t index) {
   if (body.held)
     body.held = body.desc.fixed = false;  // of what limits go by, whenever it would have been let go
   solids_built_ -= body.taken;
-  motions_[index].reset();
-  proxies_[index].reset();
-  meshes_[index].set = false;
+  forget_motion(index);
   body.watched = false;
   forget_live(index);
   lattice_.bodies[index].watched = 0;

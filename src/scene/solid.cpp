@@ -160,6 +160,7 @@ class WorldImpl::NewBody {
   Status come_back(const StoredBody& stored);
 
  private:
+  Status check_path(double now) const;
   Status check_motion() const;
   Status check_material() const;
   Status check_velocity() const;
@@ -270,6 +271,7 @@ Status WorldImpl::NewBody::check_motion() const {
     return invalid(what_, "held_until: only a free or rigid body can be let go; set motion to one of these");
   if (!kinematic() && !proxy() && s_.pivot)
     return invalid(what_, "pivot: only of kinematic bodies and proxies; set motion to kinematic or proxy");
+  if (Status st = check_path(w_.time); !st) return st;
   if (s_.motion == Motion::fixed && s_.max_speed != 0)
     return invalid(what_, "max_speed: a fixed body does not move; leave it out, or let the body move");
   if (!(std::isfinite(s_.max_speed) && s_.max_speed >= 0))
@@ -283,6 +285,38 @@ Status WorldImpl::NewBody::check_motion() const {
     return invalid(what_, "pivot: must be within a thousand million spacings (", farthest,
                    " m) of domain.min, got ", *s_.pivot,
                    "; for a straight path give a velocity and leave the pivot out");
+  return {};
+}
+
+Status WorldImpl::NewBody::check_path(double now) const {
+  constexpr std::size_t most = 1u << 20;
+  const std::vector<PosePoint>& path = s_.path;
+  if (path.empty()) return {};
+  if (!kinematic()) return invalid(what_, "path: only of kinematic bodies; set motion to kinematic");
+  if (length(s_.velocity) != 0 || length(s_.angular_velocity) != 0)
+    return invalid(what_,
+                   "path: says how fast the body moves, and so do velocity and angular_velocity; drop these");
+  if (path.size() > most)
+    return invalid(what_, "path: at most ", most, " points, got ", path.size(),
+                   "; move it with set_motion instead");
+  if (!finite(s_.path_axis) || !(length(s_.path_axis) > 0))
+    return invalid(what_, "path_axis: must be finite and not 0, got ", s_.path_axis);
+  if (length(path[0].displacement) != 0 || path[0].angle != 0)
+    return invalid(what_, "path: begins ", path[0].displacement,
+                   " m from where the body is built, turned by ", path[0].angle,
+                   " rad; build it where the path begins, and let that point be 0 m and 0 rad");
+  if (path[0].time < now)
+    return invalid(what_, "path: begins at ", path[0].time, " s, and it is ", now,
+                   " s; let it begin now or later");
+  for (std::size_t k = 0; k < path.size(); ++k) {
+    const PosePoint& point = path[k];
+    if (!std::isfinite(point.time) || !finite(point.displacement) || !std::isfinite(point.angle))
+      return invalid(what_, "path: point ", k, ", ", point.displacement, " m and ", point.angle, " rad at ",
+                     point.time, " s, must be finite");
+    if (k > 0 && !(point.time > path[k - 1].time))
+      return invalid(what_, "path: point ", k, " is at ", point.time, " s, not after the one before it, at ",
+                     path[k - 1].time, " s; times must ascend");
+  }
   return {};
 }
 
@@ -544,6 +578,15 @@ double WorldImpl::NewBody::fastest_particle() const {
   double fastest = length(s_.velocity);
   for (const Vec3d& p : positions_)
     fastest = std::max(fastest, length(s_.velocity + cross(s_.angular_velocity, p - origin_ - center_)));
+  if (s_.path.empty()) return fastest;
+  double reach = 0;
+  for (const Vec3d& p : positions_) reach = std::max(reach, length(p - origin_ - center_));
+  for (std::size_t k = 1; k < s_.path.size(); ++k) {
+    const PosePoint &a = s_.path[k - 1], &b = s_.path[k];
+    fastest =
+        std::max(fastest, (length(b.displacement - a.displacement) + std::fabs(b.angle - a.angle) * reach) /
+                              (b.time - a.time));
+  }
   return fastest;
 }
 
@@ -908,11 +951,14 @@ physics::RigidMotion WorldImpl::NewBody::first_motion() const {
 
 Status WorldImpl::NewBody::come_back(const StoredBody& stored) {
   const double max_speed = std::exchange(s_.max_speed, 0);  // one that is held has it, too
+  if (Status st = check_path(-infinity); !st) return st;    // it may have begun
+  std::vector<PosePoint> path = std::exchange(s_.path, {});
   if (s_.growth < 0 || stored.longest < 1 || stored.longest > (1 << 30) || !w_.valid(s_.material) ||
       !(max_speed >= 0 && max_speed <= most_speed))
     return damaged(what_, "a number is not usable");
   if (Status st = stored.forgotten ? settle_motion(s_, what_) : check(); !st) return st;
   s_.max_speed = max_speed;
+  s_.path = std::move(path);
   if (Status st = take_sites(stored); !st) return st;
   if (Status st = number_sites(); !st) return st;
   density_ = density_of(stored.vertices);

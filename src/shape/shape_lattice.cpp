@@ -136,6 +136,31 @@ SiteBits sample_bits(const Shape& shape, Vec3d origin, double spacing, const Box
   return bits;
 }
 
+SiteBits trimmed(const SiteBits& bits) {
+  const SiteRange& r = bits.range;
+  SiteRange tight{r.hi, r.lo};
+  const auto each = [&](const auto& visit) {
+    std::size_t bit = 0;
+    for (std::int32_t z = r.lo.z; z < r.hi.z; ++z)
+      for (std::int32_t y = r.lo.y; y < r.hi.y; ++y)
+        for (std::int32_t x = r.lo.x; x < r.hi.x; ++x, ++bit)
+          if (((bits.inside[bit >> 5] >> (bit & 31u)) & 1u) != 0u) visit(x, y, z);
+  };
+  each([&](std::int32_t x, std::int32_t y, std::int32_t z) {
+    tight.lo = {std::min(tight.lo.x, x), std::min(tight.lo.y, y), std::min(tight.lo.z, z)};
+    tight.hi = {std::max(tight.hi.x, x + 1), std::max(tight.hi.y, y + 1), std::max(tight.hi.z, z + 1)};
+  });
+  SiteBits all{tight, std::vector<std::uint32_t>((tight.count() + 31) / 32, 0u)};
+  each([&](std::int32_t x, std::int32_t y, std::int32_t z) {
+    const std::size_t bit = (static_cast<std::size_t>(z - tight.lo.z) * tight.height() +
+                             static_cast<std::size_t>(y - tight.lo.y)) *
+                                tight.width() +
+                            static_cast<std::size_t>(x - tight.lo.x);
+    all.inside[bit >> 5] |= 1u << (bit & 31u);
+  });
+  return all;
+}
+
 void ShapeNode::fill(const Lattice& lattice, SiteMask& mask) const {
   const SiteRange& r = mask.range;
   std::size_t site = 0;

@@ -81,5 +81,8 @@ struct SiteBits {
 /// pass check_lattice.
 SiteBits sample_bits(const Shape& shape, Vec3d origin, double spacing, const Box& within);
 
+/// The same without outer layers in which nothing is inside.
+SiteBits trimmed(const SiteBits& bits);
+
 }  // namespace v0
 }  // namespace meltsim

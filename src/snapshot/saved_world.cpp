@@ -15,7 +15,7 @@ inline namespace v0 {
 
 namespace {
 
-constexpr std::uint32_t saved_format = 1;
+constexpr std::uint32_t saved_format = 2;
 
 Error unusable(const char* why) {
   return Error{ErrorCode::corrupt_data,
@@ -45,6 +45,7 @@ class BodyFields {
   bool motion() {
     SolidDesc& d = b_.desc;
     bool there = whole(d.motion) && optional(d.pivot) && a_.value(d.mass) && a_.value(d.max_speed);
+    there = there && a_.array(d.path) && vector(d.path_axis);
     for (auto& row : d.inertia.m)
       for (double& v : row) there = there && a_.value(v);
     return there;

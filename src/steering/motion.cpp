@@ -84,6 +84,7 @@ Status WorldImpl::set_motion(BodyId id, const BodyMotion& m) {
     if (Status s = clear_for_teleport(id.index, place); !s) return s;
   }
   motions_[id.index] = motion;
+  bodies_[id.index].desc.path.clear();
   return {};
 }
 
@@ -157,6 +158,7 @@ Status WorldImpl::inside_walls(std::uint32_t body, const physics::RigidPlace& pl
     if (beyond(x))
       return invalid(b.proxy()       ? "set_proxy"
                      : deforms(body) ? "update_mesh"
+                     : on_path(body) ? "step: path"
                                      : "set_motion",
                      ": body \"", b.desc.name, "\": ", deforms(body) ? "vertices" : "position",
                      ": would reach through a wall at ", x + origin_, "; keep it within the domain ",
@@ -165,23 +167,24 @@ Status WorldImpl::inside_walls(std::uint32_t body, const physics::RigidPlace& pl
   return {};
 }
 
-/// Checks a body's motion during the next dt.
+/// Checks a body's motion during dt from a time on.
 Status WorldImpl::check_motion(std::uint32_t body, const physics::RigidMotion& m, const BodyExtent& extent,
-                               double dt) const {
+                               double from, double dt) const {
   const BodyRecord& b = bodies_[body];
-  const physics::RigidPlace now = physics::place_at(m, time);
+  const physics::RigidPlace now = physics::place_at(m, from);
   const double rigid = speed_of(now, extent.reach), speed = rigid + extent.speed;
   // The motion after the end of the step holds at that end, too.
-  const double rigid_later = b.proxy() ? 0 : speed_of(physics::place_at(m, time + dt), extent.reach),
+  const double rigid_later = b.proxy() ? 0 : speed_of(physics::place_at(m, from + dt), extent.reach),
                later = rigid_later + extent.later;
   const double most = largest_mach * sound_speed_;
   if (!(std::max(speed, later) <= most) &&
       (any_liquid() || std::any_of(bodies_.begin(), bodies_.end(),
                                    [](const BodyRecord& other) { return !other.desc.fixed; }))) {
     const bool by_mesh = speed > most ? extent.speed > rigid : extent.later > rigid_later;
-    return invalid(b.proxy() ? "set_proxy"
-                   : by_mesh ? "update_mesh"
-                             : "set_motion",
+    return invalid(b.proxy()       ? "set_proxy"
+                   : by_mesh       ? "update_mesh"
+                   : on_path(body) ? "step: path"
+                                   : "set_motion",
                    ": body \"", b.desc.name, "\": ",
                    !by_mesh       ? "velocity:"
                    : speed > most ? "vertices: a particle"
@@ -191,10 +194,18 @@ Status WorldImpl::check_motion(std::uint32_t body, const physics::RigidMotion& m
                    std::max(speed, later), " m/s");
   }
   if (!b.proxy() && !(speed > 0)) return {};
-  return inside_walls(body, physics::place_at(m, time + dt), extent);
+  return inside_walls(body, physics::place_at(m, from + dt), extent);
 }
 
-/// Motions for a step of dt, and the fastest of all bodies in it.
+/// Forgets what a host set for a body, which then goes on as before.
+void WorldImpl::forget_motion(std::size_t body) {
+  motions_[body].reset();
+  proxies_[body].reset();
+  meshes_[body].set = false;
+}
+
+/// Motions for a step of dt, and the fastest of all bodies in it. One that is refused is forgotten: it would stop the World until the host
+/// finds another.
 Status WorldImpl::plan_motions(double dt) {
   steered_.clear();
   reshaped_.clear();
@@ -204,16 +215,26 @@ Status WorldImpl::plan_motions(double dt) {
     const auto body = static_cast<std::uint32_t>(i);
     if (b.proxy() && !b.gone && proxies_[i]) {
       const physics::RigidMotion m = motion_for(*proxies_[i], dt);
-      if (Status s = check_motion(body, m, extent_of(body, 0, false), 0); !s) return s;
+      if (Status s = check_motion(body, m, extent_of(body, 0, false), time, 0); !s) {
+        forget_motion(i);
+        return s;
+      }
       steered_.push_back(
           {body, proxies_[i]->teleport, m, b.reach, physics::largest_closing_mach * sound_speed_});
       fastest = std::max(fastest, length(m.first.velocity) + length(m.first.angular_velocity) * b.reach);
     }
     if (!b.kinematic() || b.gone) continue;
-    const physics::RigidMotion m = motions_[i] ? motion_for(body, *motions_[i], dt) : state_.motion[i];
     if (meshes_[i].set) plan_mesh(body, dt);
+    if (on_path(i))
+      if (Status s = check_path(body, dt, fastest); !s) return s;
+    const physics::RigidMotion m = motions_[i]  ? motion_for(body, *motions_[i], dt)
+                                   : on_path(i) ? path_motion(i, time)
+                                                : state_.motion[i];
     const BodyExtent extent = extent_of(body, dt, true);
-    if (Status s = check_motion(body, m, extent, dt); !s) return s;
+    if (Status s = on_path(i) ? Status{} : check_motion(body, m, extent, time, dt); !s) {
+      forget_motion(i);
+      return s;
+    }
     if (motions_[i]) steered_.push_back({body, motions_[i]->teleport, m, 0, 0});
     if (meshes_[i].set)
       reshaped_.push_back({body, lattice_.rests[i].first_point, b.vertices, meshes_[i].points.data()});
@@ -223,6 +244,47 @@ Status WorldImpl::plan_motions(double dt) {
   }
   carried_speed_ = fastest;
   return {};
+}
+
+bool WorldImpl::on_path(std::size_t body) const {
+  return !bodies_[body].desc.path.empty() && !motions_[body];
+}
+
+/// Of a body on a path, about a time [s]; in stored coordinates.
+physics::RigidMotion WorldImpl::path_motion(std::size_t body, double at) const {
+  const BodyRecord& b = bodies_[body];
+  const Vec3d axis = b.desc.path_axis * (1 / length(b.desc.path_axis));
+  return physics::motion_on(b.desc.path.data(), static_cast<std::uint32_t>(b.desc.path.size()), axis,
+                            b.pivot - origin_, at);
+}
+
+/// Checks the parts of its path that lie in the next dt, and how fast it is there. A path that is refused stays.
+Status WorldImpl::check_path(std::uint32_t body, double dt, double& fastest) const {
+  const std::vector<PosePoint>& path = bodies_[body].desc.path;
+  const auto points = static_cast<std::uint32_t>(path.size());
+  const double end = time + dt;
+  for (double from = time, until = end; from < end; from = until) {
+    const std::uint32_t next = physics::points_until(path.data(), points, from);
+    until = next < points ? std::min(path[next].time, end) : end;
+    const physics::RigidMotion m = path_motion(body, from);
+    const BodyExtent extent = extent_of(body, dt, true);
+    if (Status s = check_motion(body, m, extent, from, until - from); !s) return s;
+    const physics::RigidPlace now = physics::place_at(m, from);
+    fastest =
+        std::max(fastest, length(now.velocity) + length(now.angular_velocity) * extent.reach + extent.speed);
+  }
+  return {};
+}
+
+/// Bodies that come to another part of their path now, ahead of a part of a step; first: of the step, in which others are steered, too.
+void WorldImpl::follow_paths(bool first) {
+  if (!first) steered_.clear();
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    if (!bodies_[i].kinematic() || bodies_[i].gone || !on_path(i)) continue;
+    const physics::RigidMotion m = path_motion(i, time), &now = state_.motion[i];
+    if (m.from == now.from && m.until == now.until) continue;
+    steered_.push_back({static_cast<std::uint32_t>(i), false, m, 0, 0});
+  }
 }
 
 /// Largest sub-step in which no kinematic body crosses more of H than a particle may [s].

@@ -220,9 +220,7 @@ Status WorldImpl::set_heat_region(HeatRegionId id, const std::optional<double>& 
   region->desc.temperature = temperature;
   region->desc.source = source;
   if (dirty_ || !region->acts) return {};  // rows are made of the description when it begins to act
-  std::uint32_t row = 0;
-  for (const HeatRegionRecord* r = heat_regions_.data(); r != region; ++r) row += r->acts ? 1u : 0u;
-  engine->set_heat_region(row, temperature.has_value(), temperature.value_or(0), source);
+  engine->set_heat_region(region_row(*region), temperature.has_value(), temperature.value_or(0), source);
   return {};
 }
 

@@ -295,6 +295,20 @@ struct SetHeatRegionBody {
   }
 };
 
+/// Where a heat region is from now on.
+template <class T>
+struct MoveHeatRegionBody {
+  core::HeatRegionRow<T>* row;
+  double since;
+  Vec3<double> displacement, velocity;
+  MELTSIM_HD void operator()(std::uint64_t) const {
+    row->moves = core::region_goes_on;
+    row->since = since;
+    row->displacement = displacement;
+    row->velocity = velocity;
+  }
+};
+
 /// A force field changes.
 template <class T>
 struct SetForceFieldBody {

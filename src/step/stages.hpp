@@ -60,6 +60,13 @@ void set_heat_region(E& ex, const core::Frame<T>& w, std::uint32_t row, bool hel
 
 /// Between sub-steps; not a stage.
 template <class E, class T>
+void move_heat_region(E& ex, const core::Frame<T>& w, std::uint32_t row, double since,
+                      Vec3<double> displacement, Vec3<double> velocity) {
+  ex.for_each(1, MoveHeatRegionBody<T>{w.f.heat_regions + row, since, displacement, velocity});
+}
+
+/// Between sub-steps; not a stage.
+template <class E, class T>
 void set_force_field(E& ex, const core::Frame<T>& w, std::uint32_t row, const physics::ForceField<T>& field,
                      std::uint32_t count) {
   ex.for_each(1, SetForceFieldBody<T>{w.f.force_fields, row, count, field});

@@ -322,10 +322,23 @@ struct BoundaryBody {
       b.area = s.area;
       b.depth = s.depth;
     }
+    regions(i, xyz(x), x.w, b);
+    w.f.heat_boundary[i] = b;
+  }
+  /// What heat regions do to the particle.
+  MELTSIM_HD void regions(std::uint64_t i, Vec3<T> x, T volume, HeatBoundary<T>& b) const {
+    const std::uint32_t tag = w.f.tag[i];
     for (std::uint32_t r = 0; r < w.c.heat_regions; ++r) {
       const core::HeatRegionRow<T>& region = w.f.heat_regions[r];
-      if (!w.f.clock->within(region.from, region.until) || !inside(region, xyz(x))) continue;
-      b.source += region.source * x.w;
+      if (!w.f.clock->within(region.from, region.until)) continue;
+      if (region.moves == core::region_rests) {
+        if (!inside(region, x - region.min)) continue;
+        b.source += region.source * volume;
+      } else {
+        const double share = share_inside(region, x);
+        if (share == 0) continue;
+        b.source += region.source * volume * static_cast<T>(share);
+      }
       if (region.held == 0u) continue;
       b.held = 1u;
       const double mass = static_cast<double>(w.f.mass[i]);
@@ -333,7 +346,6 @@ struct BoundaryBody {
       w.f.heat_boundary_rate[i] += target - w.f.enthalpy[i];
       w.f.enthalpy[i] = target;
     }
-    w.f.heat_boundary[i] = b;
   }
   /// Dry surface of the particle: the part that no liquid, wall or other body covers.
   MELTSIM_HD physics::ParticleSurface<T> surface(std::uint64_t i) const {
@@ -364,12 +376,32 @@ struct BoundaryBody {
     return physics::free_surface(w.c.wall_exchange, w.c.free_layer, x.w, length(G), w.f.heat_share[i],
                                  x.w * physics::kernel_value(w.c.kernel, T(0)));
   }
-  MELTSIM_HD bool inside(const core::HeatRegionRow<T>& r, Vec3<T> x) const {
+  /// Share of the sub-step that a region which moves has x in it. It is as in all periods of periodic axes, in which it is looked for.
+  MELTSIM_HD double share_inside(const core::HeatRegionRow<T>& r, Vec3<T> x) const {
+    double inside_for = 0;
+    const auto see = [&](const Vec3d& displacement, double share) {
+      Vec3<T> d = x - r.min - cast<T>(displacement);
+      d.x -= w.grid.period.x * std::floor(d.x * w.grid.inv_period.x);
+      d.y -= w.grid.period.y * std::floor(d.y * w.grid.inv_period.y);
+      d.z -= w.grid.period.z * std::floor(d.z * w.grid.inv_period.z);
+      if (inside(r, d)) inside_for += share;
+    };
+    constexpr double apart = 0.25;  // cells
+    const double begin = w.f.clock->time, end = w.f.clock->end,
+                 length = apart / static_cast<double>(r.inv_cell);
+    if (r.moves == core::region_on_path)
+      physics::for_each_place(w.f.heat_region_path + r.first_point, r.points, begin, end, length, see);
+    else
+      physics::for_each_place_between(r.displacement + r.velocity * (begin - r.since),
+                                      r.velocity * (end - begin), 1, length, see);
+    return inside_for;
+  }
+  /// d: from the lowest corner of its box.
+  MELTSIM_HD bool inside(const core::HeatRegionRow<T>& r, Vec3<T> d) const {
     const auto cell = [&](T d, std::int32_t n) {  // -1 and n stand for all that is outside
       return static_cast<std::int32_t>(clamp(std::floor(d * r.inv_cell), T(-1), static_cast<T>(n)));
     };
-    const std::int32_t a = cell(x.x - r.min.x, r.nx), b = cell(x.y - r.min.y, r.ny),
-                       c = cell(x.z - r.min.z, r.nz);
+    const std::int32_t a = cell(d.x, r.nx), b = cell(d.y, r.ny), c = cell(d.z, r.nz);
     if (a < 0 || b < 0 || c < 0 || a >= r.nx || b >= r.ny || c >= r.nz) return false;
     const std::uint64_t bit =
         (static_cast<std::uint64_t>(c) * static_cast<std::uint64_t>(r.ny) + static_cast<std::uint64_t>(b)) *

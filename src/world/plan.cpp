@@ -48,7 +48,7 @@ double WorldImpl::next_region() const {
   return next;
 }
 
-/// The first time between two when a heat region or a force field begins or ends, which sub-steps then do, too; `end` where none does. What
+/// The first time between two when a heat region or a force field begins or ends, or a body comes to a point of its path, which sub-steps then do, too; `end` where none does. What
 /// is as near to either as rounding takes times is there already.
 double WorldImpl::next_switch(double begin, double end) const {
   const double slack = 1e-9 * (end - begin);
@@ -60,6 +60,15 @@ double WorldImpl::next_switch(double begin, double end) const {
     if (r.desc.until > r.desc.from) see(r.desc.from), see(r.desc.until);
   for (const ForceFieldRecord& r : force_fields_)
     if (r.used) see(r.desc.from), see(r.desc.until);
+  for (const BodyRecord& b : bodies_) {
+    const std::vector<PosePoint>& path = b.desc.path;
+    const auto points = static_cast<std::uint32_t>(path.size());
+    // Where the one after `begin` is as good as there, the next.
+    for (std::uint32_t k = physics::points_until(path.data(), points, begin); k < points; ++k) {
+      see(path[k].time);
+      if (path[k].time > begin + slack) break;
+    }
+  }
   return next;
 }
 
@@ -216,7 +225,7 @@ core::FieldSet channels_named(const std::vector<std::string>& names) {
         names.end())
       set |= core::FieldSet{1} << i;
   for (const core::PartInfo& p : core::part_table)
-    if (((set >> p.field) & 1u) != 0) set |= core::FieldSet{1} << p.part;
+    if (set.has(p.field)) set |= core::FieldSet{1} << p.part;
   return set;
 }
 }  // namespace

@@ -500,6 +500,7 @@ Status WorldImpl::OngoingStep::take_part() {
     w_.look_now_ = look_now;
     return fits;
   }
+  w_.follow_paths(before_ == 0);
   w_.substep_ = a_.dt;
   const int n = part_.substeps, last = w_.follows_sound() ? std::min(n, w_.part_length()) : n;
   planned_ = before_ + n;
@@ -523,7 +524,7 @@ bool WorldImpl::OngoingStep::take_substep(int k) {
   a_.time = from_ + rest_ * k / n;
   a_.end = k + 1 == n ? end_ : from_ + rest_ * (k + 1) / n;
   a_.index = w_.steps + 1;
-  w_.begin_motions(a_, taken_ == 0);
+  w_.begin_motions(a_, taken_ == 0, k == 0);
   plan_heat(k);
   a_.bursts = w_.emitters_.empty() ? nullptr : w_.due_bursts(a_.time, a_.end);
   a_.layers = w_.layers_.empty() ? nullptr : &w_.layers_;
@@ -635,10 +636,10 @@ Status WorldImpl::plan_part(double rest, core::SubstepArguments& a, StepPart& pa
   return check_solute_work(a.dt, a);
 }
 
-/// What hosts have set of kinematic bodies and proxies goes with the first sub-step of a step.
-void WorldImpl::begin_motions(core::SubstepArguments& a, bool first) {
+/// What hosts have set of kinematic bodies and proxies goes with the first sub-step of a step, a new part of a path with that of a part of it.
+void WorldImpl::begin_motions(core::SubstepArguments& a, bool first, bool first_of_part) {
   a.steered = nullptr;
-  if (first && !steered_.empty()) {
+  if (first_of_part && !steered_.empty()) {
     a.steered = &steered_;
     for (const core::Steered& s : steered_) {
       if (bodies_[s.body].kinematic()) state_.motion[s.body] = s.motion;  // the device moves proxies

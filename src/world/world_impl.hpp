@@ -146,9 +146,13 @@ struct SampleBatch {
 
 struct HeatRegionRecord {
   HeatRegionDesc desc;
-  std::uint32_t serial = 0;  ///< of its handle
-  SiteBits sites;            ///< on the World's lattice; within the domain
-  bool acts = false;         ///< in the step that is being taken, or at the time that it is
+  std::uint32_t serial = 0;      ///< of its handle
+  SiteBits sites;                ///< on the World's lattice; within the domain
+  bool acts = false;             ///< in the step that is being taken, or at the time that it is
+  bool moves = false;            ///< it has a path, or a host has moved it: its sites go on beyond walls
+  bool steered = false;          ///< a host has moved it, and its path is of no use any more
+  double since = 0;              ///< [s] when it lay at `displacement`
+  Vec3d displacement, velocity;  ///< [m], from where it was built; [m/s]
 };
 
 struct ForceFieldRecord {
@@ -202,6 +206,7 @@ class WorldImpl final : public Scheduler {
   Status apply_impulse(BodyId id, Vec3d impulse, Vec3d angular_impulse);
   Status set_emitter(EmitterId id, const EmitterSetting& setting);
   Status set_heat_region(HeatRegionId id, const std::optional<double>& temperature, double source);
+  Status move_heat_region(HeatRegionId id, Vec3d displacement, Vec3d velocity);
   // scene/settle.cpp
   Result<Settled> settle(double seconds);
   // scene/remove.cpp
@@ -339,7 +344,7 @@ class WorldImpl final : public Scheduler {
     bool heats(int k) const { return (k + 1) * heat_rounds / substeps > k * heat_rounds / substeps; }
   };
   Status plan_part(double rest, core::SubstepArguments& a, StepPart& part) const;
-  void begin_motions(core::SubstepArguments& a, bool first);
+  void begin_motions(core::SubstepArguments& a, bool first, bool first_of_part);
   class OngoingStep;
   /// State that planning a step changes, restored if the step is not taken.
   struct BeforePlan {
@@ -378,6 +383,8 @@ class WorldImpl final : public Scheduler {
   void field_changed(std::uint32_t row);
   static Status no_such_field(const char* call, ForceFieldId id);
   HeatRegionRecord* region_of(HeatRegionId id);
+  std::uint32_t region_row(const HeatRegionRecord& region) const;
+  Result<SiteBits> region_sites(const Shape& shape, const std::string& what, bool moves) const;
   static Status no_such_region(const char* call, HeatRegionId id);
   void see_speed(double speed);
   Status check_body(const char* call, BodyId id) const;
@@ -390,8 +397,13 @@ class WorldImpl final : public Scheduler {
   bool fits(Vec3d x) const;
   physics::RigidMotion motion_for(std::uint32_t body, const BodyMotion& m, double dt) const;
   Status plan_motions(double dt);
+  void forget_motion(std::size_t body);
+  bool on_path(std::size_t body) const;
+  physics::RigidMotion path_motion(std::size_t body, double at) const;
+  Status check_path(std::uint32_t body, double dt, double& fastest) const;
+  void follow_paths(bool first);
   Status check_motion(std::uint32_t body, const physics::RigidMotion& m, const BodyExtent& extent,
-                      double dt) const;
+                      double from, double dt) const;
   Status inside_walls(std::uint32_t body, const physics::RigidPlace& place, const BodyExtent& extent) const;
   bool deforms(std::uint32_t body) const { return lattice_.rests[body].first_point != core::none; }
   Result<std::shared_ptr<const core::MeshChords>> bind_mesh(std::uint32_t body,

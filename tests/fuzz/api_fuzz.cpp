@@ -469,6 +469,14 @@ class Sequence {
       s.motion = Motion::kinematic;
       if (chance(0.5)) s.pivot = or_extreme(place(), 0.03);
       if (chance(0.3)) s.max_speed = or_extreme(random_.uniform(0, 2), 0.03);
+      if (chance(0.3)) {
+        s.velocity = s.angular_velocity = {};
+        s.path = {{world_->time(), {}, 0}};
+        for (int k = 0; k < 3; ++k)
+          s.path.push_back({s.path.back().time + or_extreme(random_.uniform(0.01, 0.3), 0.02),
+                            random_.vector(0.1), or_extreme(random_.uniform(-1, 1), 0.02)});
+        if (chance(0.5)) s.path_axis = or_extreme(random_.vector(1), 0.03);
+      }
     } else if (chance(0.25)) {
       s.motion = Motion::proxy;
       s.mass = or_extreme(random_.uniform(0.1, 5) * 1000 * 27 * dx_ * dx_ * dx_);
@@ -497,6 +505,10 @@ class Sequence {
     if (!id) return;
     again_saved([s](World& w) { return bool(w.add_solid(s)); });
     moves(s.max_speed);
+    for (std::size_t k = 1; k < s.path.size(); ++k)
+      moves((length(s.path[k].displacement - s.path[k - 1].displacement) +
+             4 * dx_ * std::fabs(s.path[k].angle - s.path[k - 1].angle)) /
+            (s.path[k].time - s.path[k - 1].time));
     bodies_.push_back(*id);
     if (s.motion == Motion::kinematic) kinematic_.push_back(*id);
     if (!corners.empty()) meshes_.emplace_back(*id, std::move(corners));
@@ -575,6 +587,12 @@ class Sequence {
     else r.source = or_extreme(random_.uniform(-1e5, 1e6));
     r.from = or_extreme(random_.uniform(0, 0.1));
     r.until = or_extreme(r.from + random_.uniform(0, 0.2));
+    if (chance(0.3)) {
+      r.path = {{random_.uniform(-0.1, 0.1), random_.vector(0.1)}};
+      for (int k = 0; k < 3; ++k)
+        r.path.push_back({r.path.back().time + or_extreme(random_.uniform(0.001, 0.1), 0.02),
+                          or_extreme(random_.vector(0.3), 0.03)});
+    }
     note("add_heat_region source ", r.source, " held ", r.temperature.value_or(nan));
     refusable_ = true;
     const auto id = guarded_call("add_heat_region", [&] { return world_->add_heat_region(r); });
@@ -1178,6 +1196,12 @@ class Sequence {
         note("set_heat_region ", id.index, " held ", held.value_or(nan), " source ", source);
         if (guarded_call("set_heat_region", [&] { return world_->set_heat_region(id, held, source); }))
           again([=](World& w) { return bool(w.set_heat_region(id, held, source)); });
+        if (!chance(0.5)) break;
+        const Vec3d by{or_extreme(random_.uniform(-0.2, 0.2)), random_.uniform(-0.2, 0.2), 0};
+        const Vec3d at{random_.uniform(-1, 1), or_extreme(random_.uniform(-1, 1)), 0};
+        note("move_heat_region ", id.index, " by ", by.x, " at ", at.y);
+        if (guarded_call("move_heat_region", [&] { return world_->move_heat_region(id, by, at); }))
+          again([=](World& w) { return bool(w.move_heat_region(id, by, at)); });
         break;
       }
       default:

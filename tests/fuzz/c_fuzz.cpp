@@ -433,6 +433,7 @@ class Sequence {
       OF_NOTHING(meltsim_world_set_wall_heat, w, 0, nullptr);
       OF_NOTHING(meltsim_world_set_free_surface_heat, w, nullptr);
       OF_NOTHING(meltsim_world_set_heat_region, w, {}, nullptr, 0);
+      OF_NOTHING(meltsim_world_move_heat_region, w, {}, nullptr, nullptr);
       OF_NOTHING(meltsim_world_set_force_field, w, {}, nullptr);
       OF_NOTHING(meltsim_world_remove_force_field, w, {});
       OF_NOTHING(meltsim_world_set_emitter, w, {}, nullptr);
@@ -795,6 +796,13 @@ class Sequence {
     if (d.motion == MELTSIM_MOTION_PROXY) d.mass = number(30);
     d.surface = surface_heat();
     d.heat_source = number(0), d.held_until = number(0);
+    const double begin = chance(0.9) ? cpp_->time() : number(0);
+    const double path[] = {begin, 0, 0, 0, 0, begin + number(0.1), number(0.01), 0, 0, number(0.1)};
+    if (d.motion == MELTSIM_MOTION_KINEMATIC && chance(0.5)) {
+      put(d.velocity, {});
+      d.path = path, d.path_count = 2;
+      put(d.path_axis, vector({0, 1, 0}));
+    }
     d.carve = chance(0.8) ? 1 : 0;
     if (d.motion < 0 || d.motion > MELTSIM_MOTION_PROXY)
       return refused("add_solid", [&] { return meltsim_world_add_solid(c_.get(), &d, nullptr); });
@@ -808,6 +816,9 @@ class Sequence {
           x.motion = static_cast<Motion>(d.motion), x.velocity = vec(d.velocity), x.mass = d.mass;
           x.surface = heat_of(d.surface), x.heat_source = d.heat_source, x.held_until = d.held_until;
           x.carve = d.carve != 0;
+          for (std::size_t k = 0; k < d.path_count; ++k)
+            x.path.push_back({path[5 * k], vec(path + 5 * k + 1), path[5 * k + 4]});
+          x.path_axis = vec(d.path_axis);
           const auto id = cpp_->add_solid(x);
           if (id) made.index = id->index, made.generation = id->generation;
           return id;
@@ -862,6 +873,8 @@ class Sequence {
     d.temperature = number(50);
     d.source = d.has_temperature != 0 ? 0 : number(1e5);
     d.from = number(0), d.until = number(0.1);
+    const double path[] = {0, 0, 0, 0, number(0.1), number(0.05), 0, 0};
+    if (chance(0.3)) d.path = path, d.path_count = 2;
     Thing made;
     const bool taken = both(
         "add_heat_region", [&] { return meltsim_world_add_heat_region(c_.get(), &d, &made.c); },
@@ -870,6 +883,8 @@ class Sequence {
           x.shape = s.cpp;
           if (d.has_temperature != 0) x.temperature = d.temperature;
           x.source = d.source, x.from = d.from, x.until = d.until;
+          for (std::size_t k = 0; k < d.path_count; ++k)
+            x.path.push_back({path[4 * k], vec(path + 4 * k + 1)});
           const auto id = cpp_->add_heat_region(x);
           if (id) made.index = id->index, made.generation = id->generation;
           return id;
@@ -1202,6 +1217,14 @@ class Sequence {
               return cpp_->set_heat_region(r.id<HeatRegionId>(),
                                            holds ? std::optional<double>(scale) : std::nullopt,
                                            holds ? 0 : scale);
+            });
+        const double by[3] = {scale, 0, 0};
+        both(
+            "move_heat_region",
+            [&] { return meltsim_world_move_heat_region(c_.get(), r.c, by, holds ? by : nullptr); },
+            [&] {
+              return cpp_->move_heat_region(r.id<HeatRegionId>(), {scale, 0, 0},
+                                            holds ? Vec3d{scale, 0, 0} : Vec3d{});
             });
         return;
       }

@@ -227,6 +227,20 @@ TEST(HeatRegions, ThatHeatNothingAreNoSources) {
   EXPECT_EQ(heat_sources_text(with_laser({"heat.regions[0].source=-1e9"})), "region \"laser\" (cools)");
 }
 
+// One that moves is counted where it is when it begins to act, and one that comes from elsewhere is a source.
+TEST(HeatRegions, OnAPathReleaseWhatTheParticlesOnItGet) {
+  const std::string cube = "heat.regions[0].shape={box: [[0.004, 0.004, 0.004], [0.006, 0.006, 0.006]]}";
+  const Scene scene = with_laser({cube, "heat.regions[0].path=[[0, 0.002, 0, 0], [1, 0.003, 0, 0]]"});
+  ASSERT_EQ(scene.heat_regions[0].desc.path.size(), 2u);
+  Built built = build_world(scene, cpu_of_one());
+  const std::vector<RegionPower> powers = region_powers(scene, built);
+  ASSERT_EQ(powers.size(), 1u);
+  EXPECT_GT(powers[0].particles, 0u);
+  EXPECT_NEAR(power_of(scene, built) / powers[0].power, 1, 1e-3);
+  EXPECT_THROW(with_laser({cube, "heat.regions[0].path=[[0, 0, 0]]"}), Failure);
+  EXPECT_THROW(with_laser({cube, "heat.regions[0].path=[[1, 0, 0, 0], [1, 0, 0, 0]]"}), Failure);
+}
+
 TEST(HeatRegions, OfOtherVolumesThanTheirShapesAreWarnedOf) {
   const std::vector<std::string> said = uneven_regions(with_laser({}));
   ASSERT_EQ(said.size(), 1u);

@@ -355,6 +355,35 @@ TEST(Scene, WarnsOfWholeKelvinByTheColdestOfAScene) {
   EXPECT_EQ(metal("1538", "400"), "");
 }
 
+// Points in Kelvin among temperatures of a scene in degrees Celsius, -5 to 20; those of a melt that a source heats are beyond them, too.
+TEST(Scene, WarnsOfTablesInKelvin) {
+  const auto with = [](const std::string& points) {
+    return warning_of({"fluids[0].temperature=20", "materials.water.viscosity=" + points});
+  };
+  EXPECT_NE(
+      with("[[283, 2e-3], [303, 1e-3]]")
+          .find("materials.water.viscosity: its points begin at 283 degrees Celsius, above all temperatures "
+                "of the "
+                "scene (-5 to 20), so that only the first one counts; Kelvin? Then write 9.85 for 283"),
+      std::string::npos);
+  EXPECT_EQ(with("[[0, 2e-3], [303, 1e-3]]"), "");
+  EXPECT_EQ(with("[[30, 2e-3], [90, 1e-3]]"), "");
+  EXPECT_EQ(with("[[900, 2e-3], [1000, 1e-3]]"), "");
+}
+
+TEST(Scene, WarnsOfAModulusInMegapascals) {
+  const auto with = [](const std::string& density, const std::string& modulus) {
+    return warning_of({"materials.brick={density: " + density + ", youngs_modulus: " + modulus + "}"});
+  };
+  EXPECT_NE(
+      with("7800", "2.1e5")
+          .find("brick.youngs_modulus: 210000 Pa is that of jelly, at 7800 kg/m^3; MPa? Then write 2.1e+11"),
+      std::string::npos);
+  EXPECT_EQ(with("7800", "2.1e11"), "");
+  EXPECT_EQ(with("7800", "1e7"), "");  // softer, for longer steps
+  EXPECT_EQ(with("1100", "1e5"), "");
+}
+
 TEST(Scene, WarnsOfASurfaceTensionInMillinewtons) {
   EXPECT_NE(warning_of({"materials.water.surface_tension=72"}).find("mN/m? Then write 0.072"),
             std::string::npos);
@@ -465,14 +494,15 @@ materials:
   water: {viscosity: 0.1}
   ice: {melting_point: 0, becomes: water, latent_heat: 3e5}
   milk: {dissolves_in: water, diffusivity_in: 1e-9}
-heat: {regions: [{name: oven, shape: {box: [[0,0,0],[1,1,1]]}, temperature: 50, from: 0, until: 3},
+heat: {regions: [{name: oven, shape: {box: [[0,0,0],[1,1,1]]}, temperature: 50, from: 0, until: 3,
+                  path: [[0, 0, 0, 0], [1, 0.5, 0, 0]]},
                  {shape: {box: [[0,0,0],[1,1,1]]}, source: 7}]}
 fluids: [{shape: {box: [[0,0,0],[2,1,2]]}, material: water, temperature: 10, velocity: [1,0,0],
           fractions: {milk: 0.1}}]
 bodies: [{name: a, shape: {sphere: {center: [1,1.5,1], radius: 0.3}}, material: ice, density: 900,
           temperature: -5, velocity: [0,1,0], angular_velocity: [0,0,2], fixed: false, held_until: 1,
           motion: rigid, pivot: [1,1,1], max_speed: 3, carve: false, visible: false, surface: {flux: 3}, heat_source: 2,
-          growth: 1}]
+          growth: 1, path: [[0, 0, 0, 0], [1, 0.1, 0, 0, 90]], path_axis: [1,0,0]}]
 emitters: [{name: e, nozzle: {center: [1.7,1.7,1], axis: [1,0,0], radius: 0.2}, speed: 2, material: water,
             temperature: 3, from: 0.1, until: 0.2, max_particles: 30, recycle: true, fractions: {milk: 1}},
            {nozzle: {center: [1,1,1], width: 0.4, height: 0.5, up: [1,0,0]}, material: water, until: 1},
@@ -502,7 +532,7 @@ TEST(Scene, WhatIsEchoedIsTheSameSceneWithEveryKeyGiven) {
   const auto holds = [](const Json& item, const keys::List& keys) {
     for (const std::string& key : keys) EXPECT_TRUE(item.contains(key)) << key << " of " << item;
   };
-  holds(json["heat"]["regions"][0], {"name", "shape", "temperature", "from", "until"});
+  holds(json["heat"]["regions"][0], {"name", "shape", "temperature", "from", "until", "path"});
   holds(json["fluids"][0], keys_of(fluid_options()));
   holds(json["bodies"][0], keys_of(body_options()));
   keys::List of_nozzle = keys_of(emitter_options());

@@ -229,7 +229,7 @@ TEST(Extremes, ASolidFarDenserThanItsMeltIsRefused) {
   EXPECT_EQ(add(10, 1, HeatModel::none), "");
   for (const double time_scale : {1.0, 0.0}) {  // when it is added; when heat is switched on
     const std::string said = add(10, time_scale);
-    EXPECT_NE(said.find("material \"solid\": density: 10000 kg/m^3 is 10 times that of \"water\""),
+    EXPECT_NE(said.find("material \"solid\": density: 10000 kg/m^3 is 10 times the 1000 kg/m^3 of \"water\""),
               std::string::npos)
         << said;
     EXPECT_NE(said.find("use at most 4 times"), std::string::npos) << said;

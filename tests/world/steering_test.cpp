@@ -350,6 +350,145 @@ TEST(Steering, NoMotionCostsAGraph) {
   EXPECT_EQ(a.world.plan().graphs, graphs);
 }
 
+// A path of three points: 0.2 m along x in 2 s while it turns by a right angle about z, then back a half in 1 s, and rest; numbers that a
+// double has to 1e-12.
+std::vector<PosePoint> there_and_back(double begin) {
+  const double right = 1.5707963267948966;
+  return {{begin, {}, 0}, {begin + 2, {0.2, 0, 0}, right}, {begin + 3, {0.1, 0, 0}, right}};
+}
+SolidDesc on_path(MaterialId material, std::vector<PosePoint> path) {
+  SolidDesc s;
+  s.material = material;
+  s.shape = Shape::box({0.8, 0.8, 0.8}, {1.2, 1.2, 1.2});
+  s.motion = Motion::kinematic;
+  s.path = std::move(path);
+  return s;
+}
+
+// However long the steps are: their sub-steps begin and end at its points.
+TEST(Steering, ABodyFollowsItsPathExactlyWhateverTheSteps) {
+  MELTSIM_NEEDS_BACKEND();
+  for (const double dt : {4.0, 0.7, 0.1}) {
+    World w = make(steered_desc({2, 2, 2}));
+    const BodyId block = *w.add_solid(on_path(*w.add_material(stone()), there_and_back(0.5)));
+    const BodyMotion built = *w.motion(block);
+    std::vector<Vec3d> rest;
+    require(w.prepare());
+    const ParticleData start = *w.particles();
+    for (const Vec3d& x : start.position) rest.push_back(x - *built.position);
+    while (w.time() < 4) {
+      require(w.step(dt));
+      const double t = std::min(std::max(0.0, w.time() - 0.5), 3.0);
+      const double x = t < 2 ? 0.1 * t : 0.2 - 0.1 * (t - 2),
+                   angle = 1.5707963267948966 * std::min(t / 2, 1.0);
+      const BodyMotion now = *w.motion(block);
+      EXPECT_LT(distance(*now.position, *built.position + Vec3d{x, 0, 0}), 1e-12) << w.time();
+      const auto p = *w.particles();
+      for (std::size_t i = 0; i < p.id.size(); ++i)
+        ASSERT_LT(distance(p.position[i], *built.position + Vec3d{x, 0, 0} + turn(angle, rest[i])), 1e-12)
+            << w.time() << " " << i;
+    }
+    EXPECT_EQ(length(w.motion(block)->velocity), 0);
+  }
+}
+
+// Liquid sees the velocity of the part of the path that the body is on, and its end.
+TEST(Steering, ASnapshotOnAPathGoesOnWithTheSameBits) {
+  MELTSIM_NEEDS_BACKEND();
+  const auto begin = [] {
+    WorldDesc d = steered_desc({2, 2, 2});
+    d.spacing = 0.1;
+    World w = make(d);
+    MaterialDesc water;
+    water.name = "water";
+    FluidDesc f;
+    f.material = *w.add_material(water);
+    f.shape = Shape::box({0, 0, 0}, {2, 1.5, 2});
+    require(w.add_fluid(f));
+    require(w.add_solid(on_path(*w.add_material(stone()),
+                                {{0.1, {}, 0}, {0.25, {0.05, 0, 0}, 0.3}, {0.3, {0, 0.05, 0}, 0}})));
+    return w;
+  };
+  World w = begin();
+  for (int k = 0; k < 4; ++k) require(w.step(0.05));
+  const auto state = *w.snapshot();
+  const auto saved = *w.save();
+  for (int k = 0; k < 4; ++k) require(w.step(0.05));
+  const std::uint64_t hash = *w.state_hash();
+  require(w.restore(state.data(), state.size()));
+  for (int k = 0; k < 4; ++k) require(w.step(0.05));
+  EXPECT_EQ(*w.state_hash(), hash);
+  World other = begin();
+  require(other.load_saved(saved.data(), saved.size()));  // the body that comes along has its path
+  for (int k = 0; k < 4; ++k) require(other.step(0.05));
+  EXPECT_EQ(*other.state_hash(), hash);
+}
+
+TEST(Steering, SetMotionEndsAPath) {
+  MELTSIM_NEEDS_BACKEND();
+  World w = make(steered_desc({2, 2, 2}));
+  const BodyId block = *w.add_solid(on_path(*w.add_material(stone()), there_and_back(0)));
+  require(w.step(1));
+  const Vec3d at = *w.motion(block)->position;
+  require(w.set_motion(block, moves_at({0, 0.1, 0})));
+  require(w.step(2));
+  EXPECT_LT(distance(*w.motion(block)->position, at + Vec3d{0, 0.2, 0}), 1e-12);
+}
+
+TEST(Steering, RefusesPathsThatCannotBe) {
+  MELTSIM_NEEDS_BACKEND();
+  World w = make(steered_desc({2, 2, 2}));
+  const MaterialId m = *w.add_material(stone());
+  const auto with = [&](const std::function<void(SolidDesc&)>& change) {
+    SolidDesc s = on_path(m, there_and_back(1));
+    change(s);
+    return w.add_solid(s);
+  };
+  const auto refused = [](const Result<BodyId>& r, const std::string& part) {
+    ASSERT_FALSE(r) << part;
+    EXPECT_EQ(r.error().code, ErrorCode::invalid_argument);
+    EXPECT_NE(r.error().message.find(part), std::string::npos) << r.error().message;
+  };
+  require(w.step(0.5));
+  refused(with([](SolidDesc& s) { s.motion = Motion::free; }), "path: only of kinematic bodies");
+  refused(with([](SolidDesc& s) { s.velocity = {1, 0, 0}; }), "drop these");
+  refused(with([](SolidDesc& s) { s.path_axis = {}; }), "path_axis: must be finite and not 0");
+  refused(with([](SolidDesc& s) { s.path[0].displacement.x = 1; }), "let that point be 0 m and 0 rad");
+  refused(with([](SolidDesc& s) { s.path[0].angle = 1; }), "let that point be 0 m and 0 rad");
+  refused(with([](SolidDesc& s) { s.path[0].time = 0.4; }), "let it begin now or later");
+  refused(with([](SolidDesc& s) { s.path[2].time = s.path[1].time; }), "times must ascend");
+  refused(with([](SolidDesc& s) { s.path[2].angle = infinity; }), "must be finite");
+  refused(with([](SolidDesc& s) { s.path[1].displacement.x = 1e300; }), "m/s");
+  // Through a wall: the step that would take it there is refused, the one before it not, and the World waits.
+  require(with([](SolidDesc& s) { s.path[1].displacement.x = 2; }));
+  require(w.step(0.6));
+  const Status s = w.step(3);
+  ASSERT_FALSE(s);
+  EXPECT_NE(s.error().message.find("path"), std::string::npos) << s.error().message;
+  EXPECT_NE(s.error().message.find("through a wall"), std::string::npos) << s.error().message;
+  EXPECT_EQ(w.time(), 1.1);
+}
+
+// A motion that a step refuses does not stop the World: the body goes on as it did before, at 0.1 m/s along y.
+TEST(Steering, ForgetsAMotionThatAStepRefuses) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = steered_desc({2, 2, 2});
+  World w = make(d);
+  const BodyId block =
+      kinematic(w, *w.add_material(stone()), Shape::box({0.8, 0.4, 0.8}, {1.2, 0.8, 1.2}), {0, 0.1, 0});
+  require(w.step(0.1));
+  const BodyMotion before = *w.motion(block);
+  require(w.set_motion(block, goes_to({1, 5, 1})));
+  const Status refused = w.step(0.1);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message.find("through a wall"), std::string::npos) << refused.error().message;
+  EXPECT_EQ(w.time(), 0.1);
+  require(w.step(0.1));
+  const BodyMotion after = *w.motion(block);
+  EXPECT_NEAR(after.position->y - before.position->y, 0.01, 1e-12);
+  EXPECT_EQ(after.velocity.y, 0.1);
+}
+
 TEST(Steering, RefusesWhatCannotBeAndChangesNothing) {
   MELTSIM_NEEDS_BACKEND();
   Paddle a = paddle_in_water(), other = paddle_in_water();
