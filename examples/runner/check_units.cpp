@@ -196,7 +196,16 @@ class Units {
     for (const SceneEmitter& e : scene_.emitters) hottest = std::max(hottest, e.desc.temperature);
     for (const Node& place : surroundings())
       for (const char* key : {"temperature", "ambient"})
-        if (const auto given = place.find(key)) check_surrounding(*given, limit, hottest);
+        if (const auto given = place.find(key))
+          for (const Node& value : values_of(*given)) check_surrounding(value, limit, hottest);
+  }
+
+  /// A number, or those of points in time.
+  static std::vector<Node> values_of(const Node& given) {
+    if (!given.is_list()) return {given};
+    std::vector<Node> all;
+    for (const Node& point : given.items("points")) all.push_back(point.items("a point").at(1));
+    return all;
   }
 
   void check_surrounding(const Node& given, double limit, double hottest) {
@@ -218,7 +227,8 @@ class Units {
     for (const SceneEmitter& e : scene_.emitters) all.push_back(e.desc.temperature);
     for (const Node& place : surroundings())
       for (const char* key : {"temperature", "ambient"})
-        if (const auto given = place.find(key)) all.push_back(given->number("degrees Celsius"));
+        if (const auto given = place.find(key))
+          for (const Node& value : values_of(*given)) all.push_back(value.number("degrees Celsius"));
     return all;
   }
 

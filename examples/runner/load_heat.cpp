@@ -36,6 +36,27 @@ void load_property(const Node& value, const char* key, const char* unit, double&
   }
 }
 
+void load_timed(const Node& value, const char* unit, double& first,
+                std::vector<meltsim::TimedValue>& points) {
+  points.clear();
+  if (!value.is_list()) {
+    first = value.number(unit);
+    return;
+  }
+  for (const Node& item : value.items("points [[time, value], ...]")) {
+    const auto pair = item.is_list() ? item.items("a point") : std::vector<Node>{};
+    if (pair.size() != 2)
+      item.fail(fmt::format("expected [time, value] (s, {}), got {}", unit, item.found()));
+    points.push_back({pair[0].number("s"), pair[1].number(unit)});
+    if (points.size() > 1 && !(points.back().time > points[points.size() - 2].time))
+      pair[0].fail(fmt::format("{:g} s is not after the point before it, at {:g} s; times must ascend",
+                               points.back().time, points[points.size() - 2].time));
+  }
+  if (points.empty())
+    value.fail(fmt::format("expected a number ({}) or points [[time, value], ...], got an empty list", unit));
+  first = points.front().value;
+}
+
 namespace {
 /// The rows of a path, whose times ascend; what is not given is 0.
 std::vector<std::array<double, 5>> load_rows(const Node& value, std::size_t most, const char* expected) {

@@ -119,7 +119,7 @@ std::array<double, 3> color_of(const Node& node) {
 Json surface_json(const SurfaceHeatDesc& surface) {
   const Json json = options_json(surface_heat_options(), surface);
   const Json nothing = options_json(surface_heat_options(), SurfaceHeatDesc{});
-  if (surface.temperature) return {{"temperature", *surface.temperature}};
+  if (surface.temperature) return {{"temperature", json.at("temperature")}};
   return json == nothing ? Json() : json;
 }
 
@@ -396,20 +396,68 @@ void refuse_key(const Node& value, const std::string& key, const std::string& ki
                          key == "fields" ? "them" : "it", either_of(kinds)));
 }
 
+namespace {
+/// A number or points in time.
+Option<SurfaceHeatDesc> timed(
+    const char* key, const char* unit, const Range& range, const char* otherwise, const char* doc,
+    const std::function<void(SurfaceHeatDesc&, double, std::vector<meltsim::TimedValue>)>& set,
+    const std::function<Json(const SurfaceHeatDesc&)>& get) {
+  const Json point{{"type", "array"}, {"minItems", 2}, {"maxItems", 2}, {"items", {{"type", "number"}}}};
+  return custom<SurfaceHeatDesc>(
+      key, "", otherwise, doc,
+      {{"anyOf", {typed("number", range), {{"type", "array"}, {"minItems", 1}, {"items", point}}}}},
+      [=](const Node& value, SurfaceHeatDesc& d) {
+        double first = 0;
+        std::vector<meltsim::TimedValue> points;
+        load_timed(value, unit, first, points);
+        set(d, first, std::move(points));
+      },
+      get);
+}
+Json points_json(const std::vector<meltsim::TimedValue>& points) {
+  Json list = Json::array();
+  for (const meltsim::TimedValue& p : points) list.push_back({p.time, p.value});
+  return list;
+}
+}  // namespace
+
 const Options<SurfaceHeatDesc>& surface_heat_options() {
   using D = SurfaceHeatDesc;
+  using Points = std::vector<meltsim::TimedValue>;
   static const Options<D> options{
-      maybe_number<D>("temperature", "", MEMBER(temperature), "degrees Celsius",
-                      at_least(meltsim::absolute_zero), "",
-                      "held at this [degrees Celsius]; excludes the others"),
-      number<D>("flux", "", MEMBER(flux), "W/m^2", any_number(), "0", "[W/m^2] into the material"),
+      timed(
+          "temperature", "degrees Celsius", at_least(meltsim::absolute_zero), "",
+          "held at this [degrees Celsius]; excludes the others",
+          [](D& d, double first, Points points) {
+            d.temperature = first;
+            d.temperature_points = std::move(points);
+          },
+          [](const D& d) {
+            if (!d.temperature) return Json();
+            return d.temperature_points.empty() ? Json(*d.temperature) : points_json(d.temperature_points);
+          }),
+      timed(
+          "flux", "W/m^2", any_number(), "0", "[W/m^2] into the material",
+          [](D& d, double first, Points points) {
+            d.flux = points.empty() ? first : 0;
+            d.flux_points = std::move(points);
+          },
+          [](const D& d) { return d.flux_points.empty() ? Json(d.flux) : points_json(d.flux_points); }),
       number<D>("convection", "", MEMBER(convection), "W/(m^2 K)", at_least(0), "0",
                 "[W/(m^2 K)] towards `ambient`")
           .also_called({"heat_transfer_coefficient"}),
       number<D>("emissivity", "", MEMBER(emissivity), "0 to 1", between(0, 1), "0",
                 "of radiation towards surroundings at `ambient`"),
-      number<D>("ambient", "", MEMBER(ambient), "degrees Celsius", at_least(meltsim::absolute_zero), "20",
-                "[degrees Celsius]")};
+      timed(
+          "ambient", "degrees Celsius", at_least(meltsim::absolute_zero), "20", "[degrees Celsius]",
+          [](D& d, double first, Points points) {
+            d.ambient = first;
+            if (!points.empty()) d.temperature_points = std::move(points);
+          },
+          [](const D& d) {
+            return d.temperature || d.temperature_points.empty() ? Json(d.ambient)
+                                                                 : points_json(d.temperature_points);
+          })};
   return options;
 }
 

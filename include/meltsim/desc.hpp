@@ -29,6 +29,11 @@ struct SurfaceHeatDesc {
   double convection = 0;              ///< heat transfer coefficient h towards `ambient` [W/(m^2 K)], >= 0
   double emissivity = 0;              ///< of radiation towards surroundings at `ambient`, 0..1
   double ambient = 20;                ///< temperature of the surroundings [degrees Celsius]
+  // Ovens, cycles, pulses: values at times [s] that ascend, straight between them, the first one before and the last one after them. At most
+  // 65,536 each. Sub-steps begin and end at their times, too, and have the values of their middle.
+  std::vector<TimedValue>
+      temperature_points;  ///< in place of `temperature` where that is set, else of `ambient` [degrees Celsius]
+  std::vector<TimedValue> flux_points;  ///< in place of `flux` [W/m^2]
 };
 
 /// What is beyond an open face. Neither is set: nothing, so liquid falls out freely.

@@ -647,6 +647,9 @@ MELTSIM_C_API meltsim_status meltsim_world_set_wall_heat(meltsim_world* world, i
                                                          const meltsim_surface_heat* heat);
 MELTSIM_C_API meltsim_status meltsim_world_set_free_surface_heat(meltsim_world* world,
                                                                  const meltsim_surface_heat* heat);
+/* Heat through the dry surface of a body, and what is released in it [W/m^3]. */
+MELTSIM_C_API meltsim_status meltsim_world_set_body_heat(meltsim_world* world, meltsim_id body,
+                                                         const meltsim_surface_heat* surface, double source);
 /* A region holds `temperature`, or, where that is null, releases `source` [W/m^3]. */
 MELTSIM_C_API meltsim_status meltsim_world_set_heat_region(meltsim_world* world, meltsim_id region,
                                                            const double* temperature, double source);

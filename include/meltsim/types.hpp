@@ -40,6 +40,12 @@ struct PathPoint {
   Vec3d displacement;  ///< [m] from where what moves was built
 };
 
+/// What something is at a time.
+struct TimedValue {
+  double time = 0;   ///< [s]
+  double value = 0;  ///< [unit of the quantity]
+};
+
 /// A point of the path of a body.
 struct PosePoint {
   double time = 0;     ///< [s]

@@ -316,6 +316,10 @@ class MELTSIM_API World {
   /// Sets the heat through the free surface of liquids (HeatDesc::free_surface); likewise. Errors: invalid_argument (names
   /// the field).
   Status set_free_surface_heat(const SurfaceHeatDesc& heat);
+  /// Sets the heat through the dry surface of a body (SolidDesc::surface) and what is released in it (SolidDesc::heat_source) [W/m^3]. One small
+  /// kernel; the next step plans anew, which synchronises, where no body had heat from outside before, or none has any more. Errors: invalid_argument
+  /// (names the field).
+  Status set_body_heat(BodyId body, const SurfaceHeatDesc& surface, double source = 0);
   /// Sets what a heat region does while it acts: it holds `temperature` [degrees Celsius] or, where that is empty, releases
   /// `source` [W/m^3], which may be 0. Shape and times stay. Errors: invalid_argument (names the field).
   Status set_heat_region(HeatRegionId region, const std::optional<double>& temperature, double source = 0);

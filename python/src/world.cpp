@@ -26,17 +26,51 @@ const std::vector<std::string> face_names{"-x", "+x", "-y", "+y", "-z", "+z"};
 const std::vector<std::string> event_names{"melted",        "frozen", "split", "contact_begun",
                                            "contact_ended", "gone",   "left"};
 
+/// Pairs of (time, value), or nothing where it is a number.
+std::optional<std::vector<TimedValue>> timed(const std::string& name, nb::handle v) {
+  const nb::object rows = items_of(v);
+  if (!rows) return std::nullopt;
+  const std::string fault = name + ": expected a number or pairs of (time, value), got ";
+  std::vector<TimedValue> read;
+  for (Py_ssize_t i = 0; i < PySequence_Fast_GET_SIZE(rows.ptr()); ++i) {
+    const nb::object row = items_of(PySequence_Fast_GET_ITEM(rows.ptr(), i));
+    if (!row || PySequence_Fast_GET_SIZE(row.ptr()) != 2) wrong_type(fault + shown(v));
+    read.push_back({number(name, PySequence_Fast_GET_ITEM(row.ptr(), 0)),
+                    number(name, PySequence_Fast_GET_ITEM(row.ptr(), 1))});
+  }
+  if (read.empty()) refuse(fault + "a list without any: " + shown(v));
+  return read;
+}
+
 const Keys<SurfaceHeatDesc>& surface_heat_keys() {
+  using D = SurfaceHeatDesc;
   static const Keys<SurfaceHeatDesc> keys{
-      {"temperature", "float | None", "holds the surface at this [degrees Celsius]; alone",
-       set_to(&SurfaceHeatDesc::temperature)},
-      {"flux", "float", "into the material [W/m^2]", set_to(&SurfaceHeatDesc::flux)},
+      {"temperature", "float | Sequence[tuple[float, float]] | None",
+       "holds the surface at this [degrees Celsius], or at (time, value) pairs; alone",
+       [](D& d, const std::string& name, nb::handle v) {
+         if (v.is_none()) return d.temperature.reset();
+         if (auto points = timed(name, v)) {
+           d.temperature = points->front().value;
+           d.temperature_points = std::move(*points);
+         } else d.temperature = number(name, v);
+       }},
+      {"flux", "float | Sequence[tuple[float, float]]", "into the material [W/m^2], or (time, value) pairs",
+       [](D& d, const std::string& name, nb::handle v) {
+         if (auto points = timed(name, v)) d.flux_points = std::move(*points);
+         else d.flux = number(name, v);
+       }},
       {"convection", "float", "heat transfer coefficient towards `ambient` [W/(m^2 K)]",
        set_to(&SurfaceHeatDesc::convection)},
       {"emissivity", "float", "of radiation towards surroundings at `ambient`, 0 to 1",
        set_to(&SurfaceHeatDesc::emissivity)},
-      {"ambient", "float", "temperature of the surroundings [degrees Celsius]",
-       set_to(&SurfaceHeatDesc::ambient)}};
+      {"ambient", "float | Sequence[tuple[float, float]]",
+       "temperature of the surroundings [degrees Celsius], or (time, value) pairs",
+       [](D& d, const std::string& name, nb::handle v) {
+         if (auto points = timed(name, v)) {
+           d.ambient = points->front().value;
+           d.temperature_points = std::move(*points);
+         } else d.ambient = number(name, v);
+       }}};
   return keys;
 }
 
@@ -1901,9 +1935,12 @@ void bind_world(nb::module_& m) {
             away(w, true, [&](World& world) { expect(world.set_wall_heat(index, desc)); });
           },
           "face"_a, "heat"_a,
-          nb::sig("def set_wall_heat(self, face: str, *, temperature: typing.SupportsFloat | None = ..., "
-                  "flux: typing.SupportsFloat = ..., convection: typing.SupportsFloat = ..., emissivity: "
-                  "typing.SupportsFloat = ..., ambient: typing.SupportsFloat = ...) -> None"),
+          nb::sig("def set_wall_heat(self, face: str, *, temperature: typing.SupportsFloat | "
+                  "Sequence[tuple[float, float]] | None = ..., "
+                  "flux: typing.SupportsFloat | Sequence[tuple[float, float]] = ..., convection: "
+                  "typing.SupportsFloat = ..., emissivity: "
+                  "typing.SupportsFloat = ..., ambient: typing.SupportsFloat | Sequence[tuple[float, float]] "
+                  "= ...) -> None"),
           "Sets the heat through a wall, -x to +z; what is not given is 0, and `ambient` 20 degrees.")
       .def(
           "set_free_surface_heat",
@@ -1914,11 +1951,36 @@ void bind_world(nb::module_& m) {
             away(w, true, [&](World& world) { expect(world.set_free_surface_heat(desc)); });
           },
           "heat"_a,
-          nb::sig("def set_free_surface_heat(self, *, temperature: typing.SupportsFloat | None = ..., flux: "
-                  "typing.SupportsFloat = ..., convection: typing.SupportsFloat = ..., emissivity: "
-                  "typing.SupportsFloat = ..., ambient: typing.SupportsFloat = ...) -> None"),
+          nb::sig("def set_free_surface_heat(self, *, temperature: typing.SupportsFloat | "
+                  "Sequence[tuple[float, float]] | None = ..., flux: "
+                  "typing.SupportsFloat | Sequence[tuple[float, float]] = ..., convection: "
+                  "typing.SupportsFloat = ..., emissivity: "
+                  "typing.SupportsFloat = ..., ambient: typing.SupportsFloat | Sequence[tuple[float, float]] "
+                  "= ...) -> None"),
           "Sets the heat through the liquid's free surface; what is not given is 0, and `ambient` 20 "
           "degrees.")
+      .def(
+          "set_body_heat",
+          [](HostWorld& w, nb::object body, Real source, nb::kwargs heat) {
+            SurfaceHeatDesc desc;
+            describe(desc, surface_heat_keys(), "set_body_heat", 0,
+                     nb::args(nb::steal<nb::args>(PyTuple_New(0))), heat);
+            const double released = number("source", source);
+            const BodyId id = w.resolve("body", w.bodies, body, "body");
+            away(w, true, [&](World& world) { expect(world.set_body_heat(id, desc, released)); });
+          },
+          "body"_a, nb::kw_only(), "source"_a = 0.0, "heat"_a,
+          nb::sig(
+              "def set_body_heat(self, body: Body | str, *, source: typing.SupportsFloat = 0.0, temperature: "
+              "typing.SupportsFloat | Sequence[tuple[float, float]] | None = ..., flux: typing.SupportsFloat "
+              "| "
+              "Sequence[tuple[float, float]] = ..., convection: typing.SupportsFloat = ..., emissivity: "
+              "typing.SupportsFloat = ..., ambient: typing.SupportsFloat | Sequence[tuple[float, float]] = "
+              "...) -> "
+              "None"),
+          "Sets the heat through the dry surface of a body, and what is released in it [W/m^3]; what is not "
+          "given is 0, and "
+          "`ambient` 20 degrees.")
       .def(
           "set_heat_region",
           [](HostWorld& w, nb::object region, nb::object temperature, Real source) {

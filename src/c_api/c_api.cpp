@@ -1036,6 +1036,13 @@ meltsim_status meltsim_world_set_wall_heat(meltsim_world* world, int32_t face,
 meltsim_status meltsim_world_set_free_surface_heat(meltsim_world* world, const meltsim_surface_heat* heat) {
   return guarded([&] { expect(world_of(world).set_free_surface_heat(heat_of(given(heat, "heat")))); });
 }
+meltsim_status meltsim_world_set_body_heat(meltsim_world* world, meltsim_id body,
+                                           const meltsim_surface_heat* surface, double source) {
+  return guarded([&] {
+    expect(world_of(world).set_body_heat(handle<meltsim::BodyId>(body), heat_of(given(surface, "surface")),
+                                         source));
+  });
+}
 meltsim_status meltsim_world_set_heat_region(meltsim_world* world, meltsim_id region,
                                              const double* temperature, double source) {
   return guarded([&] {

@@ -8,6 +8,7 @@
 #include "description/nozzle.hpp"
 #include "engine/text.hpp"
 #include "meltsim/physics/isotropic_pressure.hpp"
+#include "meltsim/physics/path.hpp"
 #include "meltsim/physics/property_table.hpp"
 
 namespace meltsim {
@@ -575,11 +576,48 @@ physics::SurfaceCondition<double> condition_of(const SurfaceHeatDesc& s) {
   c.convection = s.convection;
   c.emissivity = s.emissivity;
   if (s.temperature) c.kind = physics::SurfaceHeat::held;
-  else if (s.flux != 0 || s.convection > 0 || s.emissivity > 0) c.kind = physics::SurfaceHeat::exchange;
+  else if (s.flux != 0 || !s.flux_points.empty() || s.convection > 0 || s.emissivity > 0)
+    c.kind = physics::SurfaceHeat::exchange;
   return c;
 }
 
+bool is_timed(const SurfaceHeatDesc& s) { return !s.temperature_points.empty() || !s.flux_points.empty(); }
+
+physics::SurfaceCondition<double> condition_at(const SurfaceHeatDesc& s, double time) {
+  const auto at = [time](const std::vector<TimedValue>& values, double otherwise) {
+    return values.empty() ? otherwise
+                          : physics::value_at(values.data(), static_cast<std::uint32_t>(values.size()), time);
+  };
+  physics::SurfaceCondition<double> c = condition_of(s);
+  c.temperature = at(s.temperature_points, c.temperature);
+  c.flux = at(s.flux_points, c.flux);
+  return c;
+}
+
+namespace {
+Status validate_timed(const std::vector<TimedValue>& values, const std::string& what) {
+  constexpr std::size_t most = 1u << 16;
+  if (values.size() > most) return invalid(what, "at most ", most, " points, got ", values.size());
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    if (!std::isfinite(values[k].time) || !std::isfinite(values[k].value))
+      return invalid(what, "point ", k, ", ", values[k].value, " at ", values[k].time, " s, must be finite");
+    if (k > 0 && !(values[k].time > values[k - 1].time))
+      return invalid(what, "point ", k, " is at ", values[k].time, " s, not after the one before it, at ",
+                     values[k - 1].time, " s; times must ascend");
+  }
+  return {};
+}
+}  // namespace
+
 Status validate(const SurfaceHeatDesc& s, HeatModel model, const std::string& what) {
+  if (Status st = validate_timed(s.temperature_points, what + "temperature_points: "); !st) return st;
+  if (Status st = validate_timed(s.flux_points, what + "flux_points: "); !st) return st;
+  for (const TimedValue& p : s.temperature_points)
+    if (Status st = validate_celsius(what + "temperature_points", p.value); !st) return st;
+  for (const TimedValue& p : s.flux_points)
+    if (Status st = summable(what + "flux_points", p.value, "W/m^2"); !st) return st;
+  if (s.temperature && !s.flux_points.empty())
+    return invalid(what, "flux_points: a held surface takes no flux; drop temperature or them");
   const auto kind = condition_of(s).kind;
   if (!std::isfinite(s.flux))
     return invalid(what, "flux: must be finite W/m^2, got ", s.flux, "; positive heats, 0 is none");

@@ -49,6 +49,10 @@ Status validate(const HeatRegionDesc& r, HeatModel model);
 Status validate(const ForceFieldDesc& f);
 /// The row of a description.
 physics::SurfaceCondition<double> condition_of(const SurfaceHeatDesc& s);
+/// Of what it is at a time [s].
+physics::SurfaceCondition<double> condition_at(const SurfaceHeatDesc& s, double time);
+/// Whether that depends on the time.
+bool is_timed(const SurfaceHeatDesc& s);
 
 }  // namespace core
 }  // namespace v0

@@ -195,6 +195,8 @@ class Engine {
   virtual void shift(Vec3d velocity, Vec3d begin, double length, double reach, Vec3d shift) = 0;
   /// What region `row` of the constants does from the next sub-step on; held: temperature. Does not wait.
   virtual void set_heat_region(std::uint32_t row, bool held, double temperature, double source) = 0;
+  /// What a body gives and takes from the next sub-step on. Does not wait.
+  virtual void set_body_heat(std::uint32_t body, const BodyHeat<double>& heat) = 0;
   /// Where region `row` of the constants is from the next sub-step on (core::region_goes_on). Does not wait.
   virtual void move_heat_region(std::uint32_t row, double since, Vec3d displacement, Vec3d velocity) = 0;
   /// What row `row` of the force fields does from the next sub-step on, and how many rows there may be. Does not wait.

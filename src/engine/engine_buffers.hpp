@@ -168,7 +168,7 @@ class EngineBuffers {
   /// All channels except those that every sub-step recomputes and nothing reads after it, and settings that the host changes in place: these are
   /// the World's, wherever its state goes back to.
   static bool is_saved(int i) {
-    const bool setting = i == field_force_fields || i == field_heat_regions;
+    const bool setting = i == field_force_fields || i == field_heat_regions || i == field_body_heat;
     return !setting && i != field_neighbour_words && i != field_sort_key && i != field_sort_key_alt &&
            i != field_sort_slot && i != field_sort_slot_alt;
   }

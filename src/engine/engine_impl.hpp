@@ -310,6 +310,11 @@ class EngineImpl final : public Engine {
     if (w_.f.heat_regions == nullptr || row >= w_.c.heat_regions) return;  // the next plan has it
     step::set_heat_region<E, T>(ex_, w_, row, held, temperature, source);
   }
+  void set_body_heat(std::uint32_t body, const BodyHeat<double>& heat) override {
+    if (w_.f.body_heat == nullptr) return;  // the next plan has it
+    const BodyHeat<T> now{round_condition<T>(heat.surface), static_cast<T>(heat.source)};
+    unguarded([&] { step::set_body_heat<E, T>(ex_, w_, body, now); });
+  }
   void move_heat_region(std::uint32_t row, double since, Vec3d displacement, Vec3d velocity) override {
     if (w_.f.heat_regions == nullptr || row >= w_.c.heat_regions) return;  // the next plan has it
     step::move_heat_region<E, T>(ex_, w_, row, since, displacement, velocity);

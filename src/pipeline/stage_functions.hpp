@@ -58,6 +58,8 @@ template <class E, class T>
 void set_heat_region(E& ex, const core::Frame<T>& w, std::uint32_t row, bool held, double temperature,
                      double source);
 template <class E, class T>
+void set_body_heat(E& ex, const core::Frame<T>& w, std::uint32_t body, const core::BodyHeat<T>& heat);
+template <class E, class T>
 void move_heat_region(E& ex, const core::Frame<T>& w, std::uint32_t row, double since,
                       Vec3<double> displacement, Vec3<double> velocity);
 template <class E, class T>
@@ -169,6 +171,8 @@ inline constexpr StageFunction<E, T> stage_functions[] = {
   template void loaded<Exec, T>(Exec&, const core::Frame<T>&, const std::uint32_t*, std::uint64_t);          \
   template void push<Exec, T>(Exec&, const core::Frame<T>&, const core::PushArguments&);                     \
   template void set_heat_region<Exec, T>(Exec&, const core::Frame<T>&, std::uint32_t, bool, double, double); \
+  template void set_body_heat<Exec, T>(Exec&, const core::Frame<T>&, std::uint32_t,                          \
+                                       const core::BodyHeat<T>&);                                            \
   template void move_heat_region<Exec, T>(Exec&, const core::Frame<T>&, std::uint32_t, double, Vec3<double>, \
                                           Vec3<double>);                                                     \
   template void set_force_field<Exec, T>(Exec&, const core::Frame<T>&, std::uint32_t,                        \

@@ -161,7 +161,7 @@ Status WorldImpl::move_heat_region(HeatRegionId id, Vec3d displacement, Vec3d ve
 
 /// Conditions and regions as rows: a region becomes a bit per cell of its box.
 void WorldImpl::fill_heat_boundary(core::SceneConstants& c) const {
-  c.surroundings = surroundings();
+  c.surroundings = surroundings(time);
   const double dx = desc.spacing;
   const Vec3d o = lattice_origin() - origin_;
   for (const HeatRegionRecord& region : heat_regions_) {
@@ -194,11 +194,8 @@ void WorldImpl::fill_heat_boundary(core::SceneConstants& c) const {
     c.heat_regions.push_back(row);
   }
   for (const BodyRecord& b : bodies_)
-    c.body_heat.push_back({core::condition_of(b.desc.surface), b.desc.heat_source});
-  const bool any = std::any_of(c.body_heat.begin(), c.body_heat.end(), [](const auto& b) {
-    return b.source != 0 || b.surface.kind != physics::SurfaceHeat::insulated;
-  });
-  if (!any) c.body_heat.clear();
+    c.body_heat.push_back({core::condition_at(b.desc.surface, time), b.desc.heat_source});
+  if (!bodies_heat()) c.body_heat.clear();
 }
 
 }  // namespace v0

@@ -772,7 +772,7 @@ Status WorldImpl::NewBody::enter_backend(const std::vector<core::FoundParticle>&
   added.first_vertex = record_.first_vertex;
   added.first_site = base_;
   added.largest_mass = w_.largest_mass();
-  added.heat = {core::condition_of(s_.surface), s_.heat_source};
+  added.heat = {core::condition_at(s_.surface, w_.time), s_.heat_source};
   if (!taken.empty())
     if (Status st = w_.engine->take_out(taken); !st) return st;
   if (Status st = w_.engine->append(particles, level, record_.first_vertex); !st) return st;

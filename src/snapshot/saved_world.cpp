@@ -53,6 +53,7 @@ class BodyFields {
   bool heat() {
     SolidDesc& d = b_.desc;
     return a_.value(d.temperature) && optional(d.surface.temperature) && a_.value(d.surface.flux) &&
+           a_.array(d.surface.temperature_points) && a_.array(d.surface.flux_points) &&
            a_.value(d.surface.convection) && a_.value(d.surface.emissivity) && a_.value(d.surface.ambient) &&
            a_.value(d.heat_source) && whole(d.growth);
   }

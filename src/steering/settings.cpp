@@ -28,20 +28,20 @@ Status checked(const char* call, const WorldDesc& desc) {
 }
 }  // namespace
 
-core::Surroundings WorldImpl::surroundings() const {
+core::Surroundings WorldImpl::surroundings(double at) const {
   core::Surroundings s;
   s.gravity = desc.gravity;
-  s.free_surface = core::condition_of(desc.heat.free_surface);
+  s.free_surface = core::condition_at(desc.heat.free_surface, at);
   s.uneven_conductors = uneven_conductors();
   for (std::size_t f = 0; f < 6; ++f)
-    if (desc.domain.bounded) s.wall_heat[f] = core::condition_of(desc.domain.heat[f]);
+    if (desc.domain.bounded) s.wall_heat[f] = core::condition_at(desc.domain.heat[f], at);
   return s;
 }
 
 /// To the engine, which holds the scene; and another plan where the change asks for one.
 void WorldImpl::surround() {
   if (dirty_) return;  // prepare() does it
-  engine->surround(surroundings());
+  engine->surround(surroundings(time));
   plan_changed_ = plan_changed_ || facts() != facts_;
 }
 
@@ -204,6 +204,49 @@ Status WorldImpl::set_free_surface_heat(const SurfaceHeatDesc& heat) {
   desc.heat.free_surface = heat;
   surround();
   return {};
+}
+
+Status WorldImpl::set_body_heat(BodyId id, const SurfaceHeatDesc& heat, double source) {
+  if (Status s = check_body("set_body_heat", id); !s) return s;
+  BodyRecord& body = bodies_[id.index];
+  const std::string what = "set_body_heat: body \"" + body.desc.name + "\": ";
+  if (Status s = core::validate(heat, desc.heat.model, what + "surface."); !s) return s;
+  if (!std::isfinite(source)) return invalid(what, "source: must be finite W/m^3, got ", source);
+  if (source != 0 && desc.heat.model != HeatModel::enthalpy)
+    return invalid(what,
+                   "source: needs heat.model enthalpy; the others know no heat, only temperatures of pairs");
+  const bool planned = takes_new_plan(), there = bodies_heat();
+  if (!planned) fetch_state();
+  body.desc.surface = heat;
+  body.desc.heat_source = source;
+  if (!planned) dirty_ = true;
+  else if (there) engine->set_body_heat(id.index, {core::condition_at(heat, time), source});
+  plan_changed_ = plan_changed_ || (planned && (!there || facts() != facts_));
+  return {};
+}
+
+/// Whether the engine has heat of bodies: a surface or a source of any of them.
+bool WorldImpl::bodies_heat() const {
+  return std::any_of(bodies_.begin(), bodies_.end(), [](const BodyRecord& b) {
+    return b.desc.heat_source != 0 ||
+           core::condition_of(b.desc.surface).kind != physics::SurfaceHeat::insulated;
+  });
+}
+
+/// What walls, the free surface and bodies give and take in a sub-step, where that depends on the time.
+void WorldImpl::follow_heat(double at) {
+  const auto& walls = desc.domain.heat;
+  if (core::is_timed(desc.heat.free_surface) || std::any_of(walls.begin(), walls.end(), core::is_timed))
+    engine->surround(surroundings(at));
+  for (const std::uint32_t b : timed_bodies_)
+    engine->set_body_heat(b, {core::condition_at(bodies_[b].desc.surface, at), bodies_[b].desc.heat_source});
+}
+
+/// Once per step: sub-steps are too short to look at every body.
+void WorldImpl::find_timed_bodies() {
+  timed_bodies_.clear();
+  for (std::uint32_t b = 0; b < bodies_.size(); ++b)
+    if (!bodies_[b].gone && core::is_timed(bodies_[b].desc.surface)) timed_bodies_.push_back(b);
 }
 
 Status WorldImpl::set_heat_region(HeatRegionId id, const std::optional<double>& temperature, double source) {

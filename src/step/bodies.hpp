@@ -295,6 +295,14 @@ struct SetHeatRegionBody {
   }
 };
 
+/// What a body gives and takes from now on.
+template <class T>
+struct SetBodyHeatBody {
+  core::BodyHeat<T>* row;
+  core::BodyHeat<T> heat;
+  MELTSIM_HD void operator()(std::uint64_t) const { *row = heat; }
+};
+
 /// Where a heat region is from now on.
 template <class T>
 struct MoveHeatRegionBody {

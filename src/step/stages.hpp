@@ -60,6 +60,12 @@ void set_heat_region(E& ex, const core::Frame<T>& w, std::uint32_t row, bool hel
 
 /// Between sub-steps; not a stage.
 template <class E, class T>
+void set_body_heat(E& ex, const core::Frame<T>& w, std::uint32_t body, const core::BodyHeat<T>& heat) {
+  ex.for_each(1, SetBodyHeatBody<T>{w.f.body_heat + body, heat});
+}
+
+/// Between sub-steps; not a stage.
+template <class E, class T>
 void move_heat_region(E& ex, const core::Frame<T>& w, std::uint32_t row, double since,
                       Vec3<double> displacement, Vec3<double> velocity) {
   ex.for_each(1, MoveHeatRegionBody<T>{w.f.heat_regions + row, since, displacement, velocity});

@@ -60,15 +60,25 @@ double WorldImpl::next_switch(double begin, double end) const {
     if (r.desc.until > r.desc.from) see(r.desc.from), see(r.desc.until);
   for (const ForceFieldRecord& r : force_fields_)
     if (r.used) see(r.desc.from), see(r.desc.until);
-  for (const BodyRecord& b : bodies_) {
-    const std::vector<PosePoint>& path = b.desc.path;
-    const auto points = static_cast<std::uint32_t>(path.size());
-    // Where the one after `begin` is as good as there, the next.
-    for (std::uint32_t k = physics::points_until(path.data(), points, begin); k < points; ++k) {
-      see(path[k].time);
-      if (path[k].time > begin + slack) break;
+  // Of points that ascend the first one after `begin`; one that is as good as there is passed over.
+  const auto see_point = [&](const auto& points) {
+    const auto count = static_cast<std::uint32_t>(points.size());
+    for (std::uint32_t k = physics::points_until(points.data(), count, begin); k < count; ++k) {
+      see(points[k].time);
+      if (points[k].time > begin + slack) break;
     }
+  };
+  const auto see_heat = [&](const SurfaceHeatDesc& s) {
+    see_point(s.temperature_points);
+    see_point(s.flux_points);
+  };
+  for (const BodyRecord& b : bodies_) {
+    if (b.gone) continue;
+    if (b.kinematic()) see_point(b.desc.path);
+    see_heat(b.desc.surface);
   }
+  for (const SurfaceHeatDesc& wall : desc.domain.heat) see_heat(wall);
+  see_heat(desc.heat.free_surface);
   return next;
 }
 

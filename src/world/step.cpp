@@ -526,6 +526,7 @@ bool WorldImpl::OngoingStep::take_substep(int k) {
   a_.index = w_.steps + 1;
   w_.begin_motions(a_, taken_ == 0, k == 0);
   plan_heat(k);
+  if (heats_) w_.follow_heat(a_.end - 0.5 * a_.dt);
   a_.bursts = w_.emitters_.empty() ? nullptr : w_.due_bursts(a_.time, a_.end);
   a_.layers = w_.layers_.empty() ? nullptr : &w_.layers_;
   a_.stages = w_.stage_bits(a_.index, heats_);
@@ -597,6 +598,7 @@ Status WorldImpl::attempt(double dt, Limit* limit, TimedStep* done) {
   if (Status s = ready_to_step(); !s) return s;
   const double carried = carried_speed_;
   if (Status s = plan_motions(dt); !s) return s;
+  find_timed_bodies();
   const auto refused = [&](Status s) {  // the motions wait for another step
     carried_speed_ = carried;
     return s;

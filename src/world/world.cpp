@@ -201,6 +201,9 @@ Status World::set_emitter(EmitterId emitter, const EmitterSetting& setting) {
 Status World::set_heat_region(HeatRegionId region, const std::optional<double>& temperature, double source) {
   return alone<Status>(impl_.get(), [&] { return impl_->set_heat_region(region, temperature, source); });
 }
+Status World::set_body_heat(BodyId body, const SurfaceHeatDesc& heat, double source) {
+  return alone<Status>(impl_.get(), [&] { return impl_->set_body_heat(body, heat, source); });
+}
 Status World::move_heat_region(HeatRegionId region, Vec3d displacement, Vec3d velocity) {
   return alone<Status>(impl_.get(), [&] { return impl_->move_heat_region(region, displacement, velocity); });
 }

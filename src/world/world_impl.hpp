@@ -206,6 +206,10 @@ class WorldImpl final : public Scheduler {
   Status apply_impulse(BodyId id, Vec3d impulse, Vec3d angular_impulse);
   Status set_emitter(EmitterId id, const EmitterSetting& setting);
   Status set_heat_region(HeatRegionId id, const std::optional<double>& temperature, double source);
+  Status set_body_heat(BodyId id, const SurfaceHeatDesc& heat, double source);
+  bool bodies_heat() const;
+  void follow_heat(double at);
+  void find_timed_bodies();
   Status move_heat_region(HeatRegionId id, Vec3d displacement, Vec3d velocity);
   // scene/settle.cpp
   Result<Settled> settle(double seconds);
@@ -358,7 +362,7 @@ class WorldImpl final : public Scheduler {
   Status attempt(double dt, Limit* limit, TimedStep* done);
   Result<TimedStep> limited_step(double dt, double seconds, std::uint64_t substeps);
   static std::uint32_t next_number();
-  core::Surroundings surroundings() const;
+  core::Surroundings surroundings(double at) const;
   bool uneven_conductors() const;
   void surround();
   void see_along(Vec3d gravity);
@@ -831,6 +835,8 @@ class WorldImpl final : public Scheduler {
   double carried_speed_ = 0;            ///< of the fastest kinematic body in that step [m/s]
   std::unordered_set<std::string> body_names_;
   std::vector<EmitterRecord> emitters_;
+  std::vector<std::uint32_t>
+      timed_bodies_;  ///< whose surface has values in time, of the step that is being taken
   std::vector<HeatRegionRecord> heat_regions_;                             ///< that there are
   std::uint32_t next_region_ = 0;                                          ///< serial of the next one
   std::array<ForceFieldRecord, physics::most_force_fields> force_fields_;  ///< the rows of the backend

@@ -37,6 +37,8 @@ C = {
     "SoluteDesc": {"time_scale": "solute_time_scale", "max_supersteps": "solute_max_supersteps"},
     "FluidDesc": {"fractions": "meltsim_world_add_mixture"},
     "SolidDesc": {"fixed": "- motion says it"},
+    "SurfaceHeatDesc": {"temperature_points": "- set from step to step: meltsim_world_set_wall_heat, set_body_heat",
+                        "flux_points": "- likewise"},
     "EmitterDesc": {"fractions": "meltsim_world_add_mixture_emitter"},
     "MaterialDesc": {name: "meltsim_world_add_species" for name in (
         "dissolves_in", "solubility", "solubility_points", "diffusivity_in", "heat_of_solution", "transfer_coefficient")},

@@ -210,10 +210,19 @@ class Sequence {
 
   SurfaceHeatDesc surface_heat() {
     SurfaceHeatDesc s;
+    const auto timed = [this](double low, double high) {
+      std::vector<TimedValue> points{{random_.uniform(-0.1, 0.1), random_.uniform(low, high)}};
+      for (int k = 0; k < 2; ++k)
+        points.push_back({points.back().time + or_extreme(random_.uniform(0.001, 0.1), 0.02),
+                          or_extreme(random_.uniform(low, high), 0.02)});
+      return points;
+    };
+    if (chance(0.15)) s.temperature_points = timed(-50, 150);
     if (chance(0.4)) {
       s.temperature = or_extreme(random_.uniform(-50, 150));
       return s;
     }
+    if (chance(0.1)) s.flux_points = timed(-1e3, 1e4);
     s.flux = or_extreme(random_.uniform(-1e3, 1e4));
     s.convection = or_extreme(random_.uniform(0, 500));
     s.emissivity = or_extreme(random_.uniform(0, 1));
@@ -1196,6 +1205,14 @@ class Sequence {
         note("set_heat_region ", id.index, " held ", held.value_or(nan), " source ", source);
         if (guarded_call("set_heat_region", [&] { return world_->set_heat_region(id, held, source); }))
           again([=](World& w) { return bool(w.set_heat_region(id, held, source)); });
+        if (!bodies_.empty() && chance(0.3)) {
+          const BodyId body = any_of(bodies_);
+          const SurfaceHeatDesc heat = surface_heat();
+          const double inside = chance(0.5) ? 0 : or_extreme(random_.uniform(-1e5, 1e6));
+          note("set_body_heat ", body.index, " source ", inside);
+          if (guarded_call("set_body_heat", [&] { return world_->set_body_heat(body, heat, inside); }))
+            again([=](World& w) { return bool(w.set_body_heat(body, heat, inside)); });
+        }
         if (!chance(0.5)) break;
         const Vec3d by{or_extreme(random_.uniform(-0.2, 0.2)), random_.uniform(-0.2, 0.2), 0};
         const Vec3d at{random_.uniform(-1, 1), or_extreme(random_.uniform(-1, 1)), 0};

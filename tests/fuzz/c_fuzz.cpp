@@ -434,6 +434,7 @@ class Sequence {
       OF_NOTHING(meltsim_world_set_free_surface_heat, w, nullptr);
       OF_NOTHING(meltsim_world_set_heat_region, w, {}, nullptr, 0);
       OF_NOTHING(meltsim_world_move_heat_region, w, {}, nullptr, nullptr);
+      OF_NOTHING(meltsim_world_set_body_heat, w, meltsim_id{}, nullptr, 0);
       OF_NOTHING(meltsim_world_set_force_field, w, {}, nullptr);
       OF_NOTHING(meltsim_world_remove_force_field, w, {});
       OF_NOTHING(meltsim_world_set_emitter, w, {}, nullptr);

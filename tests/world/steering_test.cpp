@@ -396,17 +396,19 @@ TEST(Steering, ABodyFollowsItsPathExactlyWhateverTheSteps) {
 TEST(Steering, ASnapshotOnAPathGoesOnWithTheSameBits) {
   MELTSIM_NEEDS_BACKEND();
   const auto begin = [] {
-    WorldDesc d = steered_desc({2, 2, 2});
+    WorldDesc d = steered_desc({1, 1, 1});
     d.spacing = 0.1;
     World w = make(d);
     MaterialDesc water;
     water.name = "water";
     FluidDesc f;
     f.material = *w.add_material(water);
-    f.shape = Shape::box({0, 0, 0}, {2, 1.5, 2});
+    f.shape = Shape::box({0, 0, 0}, {1, 0.8, 1});
     require(w.add_fluid(f));
-    require(w.add_solid(on_path(*w.add_material(stone()),
-                                {{0.1, {}, 0}, {0.25, {0.05, 0, 0}, 0.3}, {0.3, {0, 0.05, 0}, 0}})));
+    SolidDesc s = on_path(*w.add_material(stone()),
+                          {{0.1, {}, 0}, {0.25, {0.05, 0, 0}, 0.3}, {0.3, {0, 0.05, 0}, 0}});
+    s.shape = Shape::box({0.3, 0.3, 0.3}, {0.6, 0.6, 0.6});
+    require(w.add_solid(s));
     return w;
   };
   World w = begin();

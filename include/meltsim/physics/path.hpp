@@ -38,6 +38,15 @@ MELTSIM_HD std::uint32_t points_until(const Point* path, std::uint32_t points, d
   return low;
 }
 
+/// The same of values at times, of which there is at least one.
+MELTSIM_HD double value_at(const TimedValue* values, std::uint32_t count, double t) {
+  const std::uint32_t k = points_until(values, count, t);
+  if (k == 0) return values[0].value;
+  if (k == count) return values[count - 1].value;
+  const TimedValue &a = values[k - 1], &b = values[k];
+  return a.value + (b.value - a.value) * ((t - a.time) / (b.time - a.time));
+}
+
 /// x(t). path: at least one point.
 MELTSIM_HD Vec3d displacement_at(const PathPoint* path, std::uint32_t points, double t) {
   const std::uint32_t k = points_until(path, points, t);
