@@ -20,9 +20,10 @@ void check_ambient(const std::optional<Node>& surface, Scene& scene) {
   if (!ambient || surface->find("convection") || surface->find("emissivity")) return;
   const bool alone = !surface->find("temperature") && !surface->find("flux");
   scene.warnings.push_back(fmt::format(
-      "{}: {}.ambient: {} C alone moves no heat{}: add convection [W/(m^2 K)] or emissivity beside it, e.g. "
+      "{}: {}.ambient: {}alone moves no heat{}: add convection [W/(m^2 K)] or emissivity beside it, e.g. "
       "convection: 10 in still air, or leave it out",
-      ambient->where(), surface->path(), ambient->number("degrees Celsius"),
+      ambient->where(), surface->path(),
+      ambient->is_list() ? "" : fmt::format("{:g} C ", ambient->number("degrees Celsius")),
       alone ? ", so this surface insulates" : ""));
 }
 
@@ -32,8 +33,9 @@ std::string text_of(const meltsim::SurfaceHeatDesc& surface) {
   const Json json = surface_json(surface);
   const bool exchanges = surface.convection != 0 || surface.emissivity != 0;
   for (const auto& [key, value] : json.items())
-    if (key == "ambient" ? exchanges : value.get<double>() != 0)
-      text += fmt::format("{}{}: {:g}", text.empty() ? "" : ", ", key, value.get<double>());
+    if (key == "ambient" ? exchanges : value.is_array() || value.get<double>() != 0)
+      text += fmt::format("{}{}: {}", text.empty() ? "" : ", ", key,
+                          value.is_array() ? value.dump() : fmt::format("{:g}", value.get<double>()));
   return "{" + text + "}";
 }
 
@@ -65,9 +67,9 @@ void check_covered_surface(Scene& scene) {
     if (material == scene.materials.end() || material->becomes.empty()) continue;
     const meltsim::SurfaceHeatDesc& s = body.desc.surface;
     const double melts = material->desc.melting_point;
-    const bool exchanges = (s.convection > 0 || s.emissivity > 0) && s.ambient > melts;
-    const bool heats =
-        s.flux > 0 || (stays && (exchanges || s.temperature.value_or(-meltsim::infinity) > melts));
+    const bool warm =
+        (s.temperature || s.convection > 0 || s.emissivity > 0) && temperatures_of(s).most > melts;
+    const bool heats = fluxes_of(s).most > 0 || (stays && warm);
     if (!heats) continue;
     scene.warnings.push_back(
         fmt::format("{}: {}.surface: is of what is dry of \"{}\": what has melted and stays on it covers it, "

@@ -29,8 +29,8 @@ bool has_bodies(const Scene& scene, const std::string& material) {
 /// Whether something takes heat away down to temperatures below `point`.
 bool cools_below(const Scene& scene, double point) {
   const auto cools = [point](const meltsim::SurfaceHeatDesc& s) {
-    return s.flux < 0 || (s.temperature && *s.temperature < point) ||
-           ((s.convection > 0 || s.emissivity > 0) && s.ambient < point);
+    return fluxes_of(s).least < 0 ||
+           ((s.temperature || s.convection > 0 || s.emissivity > 0) && temperatures_of(s).least < point);
   };
   const auto& walls = scene.world.domain.heat;
   const auto cold = [point](const SceneHeatRegion& r) {

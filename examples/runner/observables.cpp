@@ -8,6 +8,7 @@
 #include <limits>
 #include <numeric>
 
+#include "check_heat.hpp"
 #include "expect.hpp"
 #include "meltsim/particle_tag.hpp"
 #include "recorder.hpp"
@@ -55,17 +56,21 @@ double scene_temperatures(const Scene& scene) {
     least = std::min(least, t);
     most = std::max(most, t);
   };
+  const auto add_surface = [&](const meltsim::SurfaceHeatDesc& surface) {
+    const Span all = temperatures_of(surface);
+    add(all.least);
+    add(all.most);
+  };
   for (const SceneFluid& fluid : scene.fluids) add(fluid.desc.temperature);
   for (const SceneBody& body : scene.bodies) {
     add(body.desc.temperature);
-    if (body.desc.surface.temperature) add(*body.desc.surface.temperature);
+    if (body.desc.surface.temperature) add_surface(body.desc.surface);
   }
   for (const SceneEmitter& emitter : scene.emitters) add(emitter.desc.temperature);
   for (const SceneHeatRegion& region : scene.heat_regions)
     if (region.desc.temperature) add(*region.desc.temperature);
   for (const meltsim::SurfaceHeatDesc& wall : scene.world.domain.heat) {
-    if (wall.temperature) add(*wall.temperature);
-    else if (wall.convection > 0 || wall.emissivity > 0) add(wall.ambient);
+    if (wall.temperature || wall.convection > 0 || wall.emissivity > 0) add_surface(wall);
   }
   return most > least ? most - least : 0;
 }

@@ -136,7 +136,7 @@ std::string share_text(const Rehearsal& seen, const Built& built, double end, do
   if (share >= 1) text = fmt::format("everything {} by about t={:.2g} s", verb, all);
   else if (share < least_share) text = fmt::format("next to nothing {} by t={:g} s", verb, end);
   else text = fmt::format("about {:.2g} % of the solid by t={:g} s", 100 * share, end);
-  if (share >= telling && share < 1 && std::isfinite(all) && most >= 1)
+  if (share >= telling && share < 1 && std::isfinite(all) && most >= 1 && !seen.changes)
     text += fmt::format(", all of it by about t={:.2g} s{}", all, broken_off ? "" : " (extrapolated)");
   if (share < most - least_share) text += fmt::format("; {} makes it faster", pace_keys(built));
   return text;
@@ -197,8 +197,24 @@ double frozen_share(const Scene& scene, Built& built, const meltsim::StepResult&
 
 }  // namespace
 
+namespace {
+/// Whether what heats it, or where, does.
+bool changes_in_time(const Scene& scene) {
+  const auto timed = [](const meltsim::SurfaceHeatDesc& s) {
+    return !s.temperature_points.empty() || !s.flux_points.empty();
+  };
+  const auto& walls = scene.world.domain.heat;
+  return timed(scene.world.heat.free_surface) || std::any_of(walls.begin(), walls.end(), timed) ||
+         std::any_of(scene.bodies.begin(), scene.bodies.end(),
+                     [&](const SceneBody& b) { return timed(b.desc.surface); }) ||
+         std::any_of(scene.heat_regions.begin(), scene.heat_regions.end(),
+                     [](const SceneHeatRegion& r) { return !r.desc.path.empty(); });
+}
+}  // namespace
+
 Rehearsal rehearse(const Scene& scene, Built& built) {
   Rehearsal seen;
+  seen.changes = changes_in_time(scene);
   if (!(scene.time.end > 0)) {
     seen.untried = "time.end is 0";
     return seen;

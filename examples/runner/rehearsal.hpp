@@ -20,10 +20,12 @@ struct Rehearsal {
   };
   std::vector<Sample> melting;  ///< from 0 on
   double frozen = 0;            ///< of what could freeze the share that had at the end, less what had melted
-  double coarseness = 1;        ///< spacing over that of the scene; 1 = the scene itself
-  double until = 0;             ///< [s] how far it came
-  double substeps_per_s = 0;    ///< of the scene itself, at the speeds that were seen
-  std::string untried;          ///< why nothing was tried; empty: it was
+  bool changes =
+      false;  ///< heat of the scene depends on the time: nothing is said of what comes after its end
+  double coarseness = 1;          ///< spacing over that of the scene; 1 = the scene itself
+  double until = 0;               ///< [s] how far it came
+  double substeps_per_s = 0;      ///< of the scene itself, at the speeds that were seen
+  std::string untried;            ///< why nothing was tried; empty: it was
   std::vector<std::string> gone;  ///< solids that freeze, of which nothing was left at the end
   std::string stopped;            ///< how the trial ended at `until`, and what to change; empty: as it should
 

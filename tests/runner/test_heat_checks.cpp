@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "build_world.hpp"
+#include "check_heat.hpp"
 #include "check_paths.hpp"
 #include "failure.hpp"
 #include "freezing.hpp"
@@ -225,6 +226,27 @@ TEST(HeatRegions, ThatHeatNothingAreNoSources) {
   EXPECT_EQ(heat_sources_text(scene), "region \"laser\"");
   EXPECT_EQ(heat_sources_text(scene, {"laser"}), "");
   EXPECT_EQ(heat_sources_text(with_laser({"heat.regions[0].source=-1e9"})), "region \"laser\" (cools)");
+}
+
+// Values in time count with the whole of their span, and are written as lists.
+TEST(HeatInTime, IsReadAndCountedAsASpan) {
+  const Scene scene =
+      with_laser({"heat.regions=[]", "heat.walls={-y: {temperature: [[0, 20], [1, 1700], [2, 20]]}}",
+                  "heat.free_surface={flux: [[0, -5], [3, 7]]}"});
+  const meltsim::SurfaceHeatDesc& wall = scene.world.domain.heat[2];
+  ASSERT_EQ(wall.temperature_points.size(), 3u);
+  EXPECT_EQ(wall.temperature, 20);
+  EXPECT_EQ(temperatures_of(wall).most, 1700);
+  EXPECT_EQ(temperatures_of(wall).least, 20);
+  EXPECT_EQ(fluxes_of(scene.world.heat.free_surface).least, -5);
+  EXPECT_TRUE(acts(scene.world.heat.free_surface));
+  EXPECT_EQ(scene.world.heat.free_surface.flux, 0);
+  Built built = build_world(scene, cpu_of_one());
+  EXPECT_TRUE(rehearse(scene, built).changes);
+  // An ambient that nothing exchanges heat with is an oversight, whatever it is in time.
+  const Scene idle = with_laser({"bodies[0].surface={ambient: [[0, 20], [1, 60]]}"});
+  EXPECT_NE(idle.warnings.back().find("surface.ambient: alone moves no heat"), std::string::npos)
+      << idle.warnings.back();
 }
 
 // One that moves is counted where it is when it begins to act, and one that comes from elsewhere is a source.
