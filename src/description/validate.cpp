@@ -647,9 +647,9 @@ Status validate_path(const std::string& p, const std::vector<PathPoint>& path) {
                    "; move the region with move_heat_region instead");
   for (std::size_t k = 0; k < path.size(); ++k) {
     const PathPoint& point = path[k];
-    if (!std::isfinite(point.time) || !finite(point.displacement))
+    if (!std::isfinite(point.time) || !(length(point.displacement) <= farthest_move))
       return invalid(p, "path: point ", k, ", ", point.displacement, " m at ", point.time,
-                     " s, must be finite");
+                     " s, must be finite, and at most ", farthest_move, " m away");
     if (k > 0 && !(point.time > path[k - 1].time))
       return invalid(p, "path: point ", k, " is at ", point.time, " s, not after the one before it, at ",
                      path[k - 1].time, " s; times must ascend");

@@ -49,6 +49,8 @@ Status validate(const HeatRegionDesc& r, HeatModel model);
 Status validate(const ForceFieldDesc& f);
 /// The row of a description.
 physics::SurfaceCondition<double> condition_of(const SurfaceHeatDesc& s);
+/// How far, and how far in a second, a heat region may be moved: single precision holds it, and its square [m].
+inline constexpr double farthest_move = 1e12;
 /// Of what it is at a time [s].
 physics::SurfaceCondition<double> condition_at(const SurfaceHeatDesc& s, double time);
 /// Whether that depends on the time.

@@ -139,8 +139,12 @@ Status WorldImpl::move_heat_region(HeatRegionId id, Vec3d displacement, Vec3d ve
   HeatRegionRecord* const region = region_of(id);
   if (region == nullptr) return no_such_region("move_heat_region", id);
   const std::string what = "move_heat_region: \"" + region->desc.name + "\": ";
-  if (!finite(displacement)) return invalid(what, "displacement: must be finite, got ", displacement);
-  if (!finite(velocity)) return invalid(what, "velocity: must be finite, got ", velocity);
+  if (!(length(displacement) <= core::farthest_move))
+    return invalid(what, "displacement: must be finite and at most ", core::farthest_move, " m, got ",
+                   displacement);
+  if (!(length(velocity) <= core::farthest_move))
+    return invalid(what, "velocity: must be finite and at most ", core::farthest_move, " m/s, got ",
+                   velocity);
   if (!region->moves) {
     Result<SiteBits> sites = region_sites(region->desc.shape, what, true);
     if (!sites) return sites.error();

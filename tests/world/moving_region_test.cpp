@@ -176,6 +176,19 @@ TEST(MovingRegion, GoesOnFromASnapshotWithTheSameBits) {
   EXPECT_EQ(*other.world.state_hash(), hash);
 }
 
+// As far and as fast as may be, within a blink too: it is over soon, and heats nothing.
+TEST(MovingRegion, IsGoneAtOnceWhereItIsFasterThanAnything) {
+  MELTSIM_NEEDS_BACKEND();
+  Bar path = bar(spot(slice(0), {{1, {}}, {1 + 1e-15, {1e12, 0, 0}}}));
+  run(path.world, 30, 0.1);
+  EXPECT_LE(worst(path.world, [](Vec3d x) { return x.x < 0.2 ? 1.0 : 0.0; }), 1e-9);
+  Bar host = bar(spot(slice(0)));
+  require(host.world.move_heat_region(host.region, {}, {1e12, 0, 0}));
+  run(host.world, 3, 1);
+  EXPECT_LE(worst(host.world, [](Vec3d) { return 0.0; }),
+            1.0 / 4096);  // the first of its places, half a share from where it was
+}
+
 // One that begins to act later is by then where its path, or the host, has it.
 TEST(MovingRegion, MovesBeforeItActs) {
   MELTSIM_NEEDS_BACKEND();
@@ -202,12 +215,16 @@ TEST(MovingRegion, RefusesWhatCannotBeAndChangesNothing) {
     EXPECT_NE(r.error().message.find(part), std::string::npos) << r.error().message;
   };
   refused(b.world.move_heat_region(b.region, {std::nan(""), 0, 0}), "displacement: must be finite");
+  refused(b.world.move_heat_region(b.region, {0, 1e300, 0}),
+          "displacement: must be finite and at most 1e+12 m");
   refused(b.world.move_heat_region(b.region, {}, {0, infinity, 0}), "velocity: must be finite");
   refused(b.world.move_heat_region(other.region, {}), "no heat region of this World");
   HeatRegionDesc r = spot(slice(0), {{0, {}}, {0, {1, 0, 0}}});
   refused(b.world.add_heat_region(r), "path: point 1 is at 0 s, not after the one before it");
   r.path = {{0, {0, std::nan(""), 0}}};
   refused(b.world.add_heat_region(r), "path: point 0");
+  r.path = {{0, {0, 1e300, 0}}};
+  refused(b.world.add_heat_region(r), "at most 1e+12 m away");
   r.path = {{infinity, {}}};
   refused(b.world.add_heat_region(r), "path: point 0");
   r.path.assign((1u << 20) + 1, {});

@@ -23,8 +23,8 @@ namespace meltsim {
 inline namespace v0 {
 namespace physics {
 
-/// Most places that one straight part of a path has in a step.
-inline constexpr double most_places = 65536;
+/// Most places that one straight part of a path has in a step: however fast something is, that is over soon.
+inline constexpr double most_places = 4096;
 
 /// How many points of a path are at or before time t: x(t) lies behind the last of them. In ascending order of time.
 template <class Point>
@@ -79,9 +79,10 @@ MELTSIM_HD void for_each_place(const PathPoint* path, std::uint32_t points, doub
       visit(path[k == 0 ? 0 : points - 1].displacement, share);
     } else {
       const PathPoint &a = path[k - 1], &b = path[k];
-      const Vec3d velocity = (b.displacement - a.displacement) * (1 / (b.time - a.time));
-      for_each_place_between(a.displacement + velocity * (t - a.time), velocity * (next - t), share, apart,
-                             visit);
+      const Vec3d move = b.displacement - a.displacement;
+      const double whole = b.time - a.time;  // shares of it are finite, however short it is
+      for_each_place_between(a.displacement + move * ((t - a.time) / whole), move * ((next - t) / whole),
+                             share, apart, visit);
     }
     t = next;
   }
