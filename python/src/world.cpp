@@ -150,7 +150,8 @@ Keys<WorldDesc> with_solver_options(Keys<WorldDesc> keys) {
   for (const runner::Option<runner::Scene>& option : runner::solver_options()) {
     const bool there = std::any_of(keys.begin(), keys.end(),
                                    [&](const Key<WorldDesc>& key) { return key.name == option.key; });
-    if (there) continue;
+    // What a scene does ahead of its first step is a call here: nothing is there yet that could settle.
+    if (there || option.key == "settle") continue;
     keys.push_back({option.key.c_str(), "Any", option.doc.c_str(),
                     [&option](WorldDesc& d, const std::string& name, nb::handle v) {
                       runner::Scene scene;

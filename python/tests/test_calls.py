@@ -306,6 +306,8 @@ def test_type_checkers_take_ordinary_calls(tmp_path):
 
 
 def test_liquid_comes_to_rest_before_the_first_step():
+    with pytest.raises((meltsim.Error, TypeError), match="settle"):  # of scenes; here it is a call, when all is there
+        meltsim.World(spacing=0.1, settle=1.0)
     world = bath()
     was = world.particles()
     rest = world.settle()

@@ -277,6 +277,7 @@ class Sequence {
                        result.error().code == ErrorCode::step_too_large || refusable_ || awaited ||
                        // A body that the host moves comes to a wall.
                        result.error().message.find("set_motion: body") != std::string::npos ||
+                       result.error().message.find("step: path: body") != std::string::npos ||
                        result.error().message.find("update_mesh: body") != std::string::npos;
       expect(may, text(what, ": a usual call was refused: ", result.error().message));
     }
@@ -516,7 +517,7 @@ class Sequence {
     moves(s.max_speed);
     for (std::size_t k = 1; k < s.path.size(); ++k)
       moves((length(s.path[k].displacement - s.path[k - 1].displacement) +
-             4 * dx_ * std::fabs(s.path[k].angle - s.path[k - 1].angle)) /
+             2 * length(size_) * std::fabs(s.path[k].angle - s.path[k - 1].angle)) /
             (s.path[k].time - s.path[k - 1].time));
     bodies_.push_back(*id);
     if (s.motion == Motion::kinematic) kinematic_.push_back(*id);
