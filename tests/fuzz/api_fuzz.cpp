@@ -523,7 +523,8 @@ class Sequence {
     if (s.motion == Motion::kinematic) kinematic_.push_back(*id);
     if (!corners.empty()) meshes_.emplace_back(*id, std::move(corners));
     if (world_->steps() == 0) masses_.clear();  // ids close up where the body displaced liquid
-    moves(length(s.velocity) + 4 * dx_ * length(s.angular_velocity));
+    const double arm = s.pivot ? length(*s.pivot) + 2 * length(size_) : 4 * dx_;
+    moves(length(s.velocity) + arm * length(s.angular_velocity));
   }
 
   void add_emitter() {
