@@ -14,7 +14,11 @@ install(TARGETS meltsim EXPORT meltsimTargets
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/meltsim
   DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
   FILES_MATCHING PATTERN "*.h" PATTERN "*.hpp" PATTERN "*.def")
-install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+set(license_dir ${CMAKE_INSTALL_DOCDIR})
+if(NOT is_top_level)
+  set(license_dir ${CMAKE_INSTALL_DATAROOTDIR}/doc/meltsim)  # the other one is the host's, with the host's LICENSE
+endif()
+install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${license_dir})
 install(EXPORT meltsimTargets NAMESPACE meltsim:: DESTINATION ${package_dir})
 
 # A static library passes its dependencies on to the host; the shared one keeps them to itself.
@@ -63,8 +67,35 @@ install(FILES ${PROJECT_BINARY_DIR}/cmake/meltsimConfig.cmake
               ${PROJECT_BINARY_DIR}/cmake/meltsimConfigVersion.cmake
   DESTINATION ${package_dir})
 
-# Relative to where the .pc file lies, so the prefix can be moved.
+set(pc_cflags "")
+if(NOT BUILD_SHARED_LIBS)
+  set(pc_cflags " -DMELTSIM_STATIC")
+endif()
+# Relative to where the .pc file lies, so the prefix can be moved. Not in /usr: pkg-config knows directories of the system by their
+# names, and leaves them out, as compilers look there last. Directories that are absolute stay what they are.
+foreach(kind LIBDIR INCLUDEDIR)
+  string(TOLOWER pc_${kind} variable)
+  set(${variable} "\${prefix}/${CMAKE_INSTALL_${kind}}")
+  if(IS_ABSOLUTE "${CMAKE_INSTALL_${kind}}")
+    set(${variable} "${CMAKE_INSTALL_${kind}}")
+  endif()
+endforeach()
+set(pc_prefix /usr)
+configure_file(${PROJECT_SOURCE_DIR}/cmake/meltsim.pc.in ${PROJECT_BINARY_DIR}/cmake/system/meltsim.pc @ONLY)
 file(RELATIVE_PATH pc_to_prefix ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig ${CMAKE_INSTALL_PREFIX})
 string(REGEX REPLACE "/$" "" pc_to_prefix "${pc_to_prefix}")
+set(pc_prefix "\${pcfiledir}/${pc_to_prefix}")
+if(IS_ABSOLUTE "${CMAKE_INSTALL_LIBDIR}")
+  set(pc_prefix "${CMAKE_INSTALL_PREFIX}")
+endif()
 configure_file(${PROJECT_SOURCE_DIR}/cmake/meltsim.pc.in ${PROJECT_BINARY_DIR}/cmake/meltsim.pc @ONLY)
-install(FILES ${PROJECT_BINARY_DIR}/cmake/meltsim.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+# Only when it is installed is the prefix known.
+install(CODE "set(meltsim_pc \"${PROJECT_BINARY_DIR}/cmake/meltsim.pc\")
+if(CMAKE_INSTALL_PREFIX STREQUAL \"/usr\")
+  set(meltsim_pc \"${PROJECT_BINARY_DIR}/cmake/system/meltsim.pc\")
+endif()
+set(meltsim_pc_directory \"${CMAKE_INSTALL_LIBDIR}/pkgconfig\")
+if(NOT IS_ABSOLUTE \"\${meltsim_pc_directory}\")
+  string(PREPEND meltsim_pc_directory \"\${CMAKE_INSTALL_PREFIX}/\")
+endif()
+file(INSTALL \"\${meltsim_pc}\" DESTINATION \"\${meltsim_pc_directory}\")")

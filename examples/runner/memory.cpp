@@ -95,7 +95,7 @@ Failure memory_failure(const std::string& library_message, const std::string& de
   static const std::regex form("([0-9.]+) GB needed, ([0-9.]+) GB free");
   std::smatch match;
   if (!std::regex_search(library_message, match, form)) return {ExitCode::device, library_message};
-  const double needed = std::stod(match[1].str()), free = std::stod(match[2].str());
+  const double needed = parse_number(match[1]).value_or(0), free = parse_number(match[2]).value_or(0);
   return {ExitCode::device, fmt::format("memory: {} GB needed, {} GB free on {}{}", match[1].str(),
                                         match[2].str(), device, scale_hint(needed, free))};
 }

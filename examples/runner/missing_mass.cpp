@@ -98,8 +98,8 @@ std::vector<double> candidates(const Scene& scene, const std::vector<double>& le
   const double now = scene.world.spacing, digit = std::pow(10, std::floor(std::log10(now)) - 1);
   std::vector<double> all;
   const auto add = [&](double spacing) {
-    const double typed = std::stod(fmt::format("{:.6g}", spacing));
-    if (typed < now * (1 - 1e-6) && typed >= least_share * now) all.push_back(typed);
+    const double as_typed = typed(spacing);
+    if (as_typed < now * (1 - 1e-6) && as_typed >= least_share * now) all.push_back(as_typed);
   };
   for (double units = std::ceil(now / digit); units * digit >= least_share * now; --units) add(units * digit);
   for (const double length : lengths)

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cerrno>
+#include <charconv>
 #include <cmath>
 #include <cstdlib>
 #include <limits>
@@ -14,12 +15,20 @@ namespace runner {
 
 namespace {
 
-/// strtod also takes hexadecimal, "nan(...)" and leading blanks; a scene does not.
+/// What a scene may be written with: "nan(...)" is none of it.
 bool looks_decimal(const std::string& text) {
   if (text.empty()) return false;
   return std::all_of(text.begin(), text.end(), [](unsigned char c) {
     return std::isdigit(c) != 0 || c == '+' || c == '-' || c == '.' || c == 'e' || c == 'E';
   });
+}
+
+/// A number beyond those of a double: what is too large is infinite, what is too small 0.
+double out_of_range(const std::string& text) {
+  const std::size_t e = text.find_first_of("eE");
+  const bool small = e != std::string::npos && e + 1 < text.size() && text[e + 1] == '-';
+  const double size = small ? 0 : std::numeric_limits<double>::infinity();
+  return text[0] == '-' ? -size : size;
 }
 
 }  // namespace
@@ -30,10 +39,20 @@ std::optional<double> parse_number(const std::string& text) {
   if (text == "-.inf" || text == "-inf" || text == "-infinity") return -inf;
   if (text == ".nan" || text == "nan") return std::numeric_limits<double>::quiet_NaN();
   if (!looks_decimal(text)) return std::nullopt;
-  char* end = nullptr;
-  const double value = std::strtod(text.c_str(), &end);
-  if (end != text.c_str() + text.size()) return std::nullopt;
-  return value;
+  // Not strtod, which stops at the point where the host has set a locale that writes a comma. That takes a plus, and what is too large
+  // for infinity.
+  const char *const begin = text.c_str() + (text[0] == '+' ? 1 : 0), *const end = text.c_str() + text.size();
+  if (begin != text.c_str() && begin != end && *begin == '-') return std::nullopt;
+  double value = 0;
+  const auto read = std::from_chars(begin, end, value);
+  if (read.ptr != end) return std::nullopt;
+  if (read.ec == std::errc::result_out_of_range) return out_of_range(text);
+  return read.ec == std::errc() ? std::optional<double>(value) : std::nullopt;
+}
+
+double typed(double value) {
+  const std::string text = fmt::format("{:.6g}", value);
+  return parse_number(text).value_or(value);
 }
 
 std::optional<std::int64_t> parse_integer(const std::string& text) {

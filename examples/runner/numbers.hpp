@@ -13,6 +13,8 @@ inline constexpr double degrees = 57.295779513082323;
 
 /// The whole text as a number ("3.34e5", "-10", ".inf", "inf"), or nothing.
 std::optional<double> parse_number(const std::string& text);
+/// The number of six significant digits that it is printed as.
+double typed(double value);
 /// "0.03" or "3%" as a share above 0 and up to 1, or nothing.
 std::optional<double> parse_share(const std::string& text);
 /// The whole text as a whole number, or nothing.

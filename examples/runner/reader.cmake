@@ -59,7 +59,8 @@ add_library(meltsim_reader STATIC
   ${reader_dir}/show/replay_page.cpp
   ${CMAKE_CURRENT_BINARY_DIR}/embedded_scenes.cpp
   ${CMAKE_CURRENT_BINARY_DIR}/replay_html.cpp)
-set_target_properties(meltsim_reader PROPERTIES POSITION_INDEPENDENT_CODE ON)
+set_target_properties(meltsim_reader PROPERTIES POSITION_INDEPENDENT_CODE ON
+  CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)  # the Python module exports its entry alone
 target_include_directories(meltsim_reader PUBLIC ${reader_dir})
 target_link_libraries(meltsim_reader
   PUBLIC meltsim::meltsim yaml-cpp::yaml-cpp nlohmann_json::nlohmann_json

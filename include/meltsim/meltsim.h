@@ -14,7 +14,7 @@
 
 #include "meltsim/version.hpp"
 
-#if defined(__GNUC__)
+#if defined(__GNUC__) && !defined(MELTSIM_STATIC)
 #define MELTSIM_C_API __attribute__((visibility("default")))
 #else
 #define MELTSIM_C_API

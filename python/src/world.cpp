@@ -373,7 +373,9 @@ const Keys<MaterialInput>& material_keys() {
       {"yield_stress", "float | Sequence[tuple[float, float]]",
        "of a liquid [Pa], or (temperature, value) pairs",
        property(&D::yield_stress, &D::yield_stress_points)},
-      {"flow_index", "float", "of a liquid; below 1 it thins as it is sheared, above 1 it thickens",
+      {"flow_index", "float",
+       "of a liquid; below 1 it thins as it is sheared, above 1 it thickens; viscosity is then K [Pa s^n], "
+       "what it is at 1/s",
        d(&D::flow_index)},
       {"regularisation", "float", "time beyond which what does not yield creeps [s]", d(&D::regularisation)},
       {"contact_angle", "float", "of a solid [degrees]", d(&D::contact_angle)},

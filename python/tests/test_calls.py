@@ -2,6 +2,7 @@
 """What scripts pass to the package, and what they find again: numbers of NumPy, names, frames, types."""
 import os
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -320,3 +321,35 @@ def test_liquid_comes_to_rest_before_the_first_step():
     world.step(0.01)
     with pytest.raises(meltsim.Error, match="before the first"):
         world.settle()
+
+
+def test_numbers_do_not_follow_the_locale_of_the_host(tmp_path):
+    """A host that writes 0,5: scenes, the page and errors keep their points."""
+    made = subprocess.run(["localedef", "-i", "de_DE", "-f", "UTF-8", str(tmp_path / "de_DE.UTF-8")], capture_output=True) if shutil.which("localedef") else None
+    if not (tmp_path / "de_DE.UTF-8").exists():
+        pytest.skip("no locale with a comma can be made here: " + ("no localedef" if made is None else made.stderr.decode()[-200:]))
+    program = """
+import json, locale, re, sys
+locale.setlocale(locale.LC_ALL, sys.argv[1])
+assert locale.localeconv()["decimal_point"] == sys.argv[2]
+import meltsim
+world = meltsim.World.load("ice_block", backend="cpu", threads=1)
+world.run(0.1)
+world.show("page.html")
+try:
+    world.add_fluid(meltsim.Shape.sphere((0.25, 0.5, 0.5), -0.05), "water")
+except meltsim.Error as error:
+    print(error)
+try:
+    world.add_material("thin", viscosity=-0.05)
+except meltsim.Error as error:
+    print(error)
+print(open("page.html").read().count("null"), world.state_hash())
+"""
+    said = []
+    for name, point in (("C", "."), ("de_DE.UTF-8", ",")):
+        run = subprocess.run([sys.executable, "-c", program, name, point], capture_output=True, text=True, cwd=tmp_path, env={**os.environ, "LOCPATH": str(tmp_path)})
+        assert run.returncode == 0, run.stderr
+        said.append((run.stdout, (tmp_path / "page.html").read_bytes()))
+    assert "-0.05" in said[0][0]
+    assert said[1] == said[0]

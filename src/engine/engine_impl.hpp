@@ -631,9 +631,7 @@ class EngineImpl final : public Engine {
 
   static Status out_of_memory(std::uint64_t needed, std::uint64_t available) {
     const auto gb = [](std::uint64_t b) {
-      char text[32];
-      std::snprintf(text, sizeof text, "%.1f", double(b) / 1e9);
-      return std::string(text);
+      return core::number_text(double(b) / 1e9, std::chars_format::fixed, 1);
     };
     const std::string free = needed <= available  // it was refused all the same
                                  ? std::string("the system has not that much")

@@ -2,7 +2,7 @@
 // Checks of the fields of shapes. Each names the field, its value, and what is allowed.
 #pragma once
 
-#include <cstdio>
+#include <charconv>
 #include <string>
 
 #include "meltsim/result.hpp"
@@ -12,9 +12,8 @@ namespace meltsim {
 inline namespace v0 {
 
 inline std::string number_text(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.9g", value);
-  return text;
+  char text[32];  // whatever the host's locale is
+  return {text, std::to_chars(text, text + sizeof text, value, std::chars_format::general, 9).ptr};
 }
 Status refuse_shape(std::string message);
 Status check_number(const std::string& field, double value);

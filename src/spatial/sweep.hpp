@@ -107,7 +107,8 @@ inline constexpr bool adds_images_last<Body, std::void_t<decltype(&Body::add_ima
 /// The components along the axes of `mask`: of an image's place or force, those across the planes that mirror it.
 template <class T>
 MELTSIM_HD Vec3<T> across(Vec3<T> v, std::uint32_t mask) {
-  return {(mask & 1u) != 0u ? v.x : T(0), (mask & 2u) != 0u ? v.y : T(0), (mask & 4u) != 0u ? v.z : T(0)};
+  const Vec3<T> on = physics::axes_of<T>(mask);
+  return {v.x * on.x, v.y * on.y, v.z * on.z};
 }
 
 /// Force of the images of a neighbour in own.walls.

@@ -3,7 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+
+#include "engine/text.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -11,11 +12,7 @@ namespace trade {
 
 namespace {
 
-std::string number(double value) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.6g", value);
-  return text;
-}
+std::string number(double value) { return core::to_text(value); }
 
 Error expected(const std::string& field, const std::string& what, const std::string& got) {
   return {ErrorCode::invalid_argument, field + ": expected " + what + ", got " + got};

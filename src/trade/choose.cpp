@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/text.hpp"
 #include "meltsim/trade.hpp"
 #include "trade/check.hpp"
 #include "world/guarded.hpp"
@@ -97,9 +98,9 @@ Result<Choice> choose_now(const Study& study, const std::string& name, double er
   const Known* known = *found;
   if (safety == automatic) safety = study.safety;
   if (!(error > 0) || !std::isfinite(error))
-    return invalid("error: expected a share above 0, got " + std::to_string(error));
+    return invalid("error: expected a share above 0, got " + core::to_text(error));
   if (!(safety >= 1) || !std::isfinite(safety))
-    return invalid("safety: expected 1 or more, got " + std::to_string(safety));
+    return invalid("safety: expected 1 or more, got " + core::to_text(safety));
   const std::vector<Turn> turns = turns_of(study, *known);
   const double asked = error * known->scale, allowed = asked / safety - known->spread / 2;
   const bool attainable = allowed > 0 && sum_at(turns, 0) <= allowed;
@@ -114,11 +115,11 @@ Result<Choice> within_now(const Study& study, const std::string& name, double se
   const Result<const Known*> found = find(study, name);
   if (!found) return found.error();
   const Known* known = *found;
-  if (!(seconds > 0)) return invalid("seconds: expected a time above 0 s, got " + std::to_string(seconds));
+  if (!(seconds > 0)) return invalid("seconds: expected a time above 0 s, got " + core::to_text(seconds));
   if (!(study.seconds_per_work > 0) || !(study.reference_work > 0))
     return invalid("study: expected what a run costs, got seconds_per_work " +
-                   std::to_string(study.seconds_per_work) + " and reference_work " +
-                   std::to_string(study.reference_work));
+                   core::to_text(study.seconds_per_work) + " and reference_work " +
+                   core::to_text(study.reference_work));
   const std::vector<Turn> turns = turns_of(study, *known);
   const auto at = [&](double multiplier) { return at_multiplier(study, *known, turns, multiplier); };
   Choice best = at(0);

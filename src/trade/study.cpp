@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 
+#include "engine/text.hpp"
 #include "meltsim/trade.hpp"
 #include "trade/check.hpp"
 #include "trade/fit.hpp"
@@ -217,9 +217,8 @@ class Studying {
 
   /// Three significant digits.
   static std::string number(double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, value < 999.5 ? "%.3g" : "%.0f", value);
-    return text;
+    const bool few = value < 999.5;
+    return core::number_text(value, few ? std::chars_format::general : std::chars_format::fixed, few ? 3 : 0);
   }
   std::string what(const Planned& planned) const {
     return std::string(knob_name(planned.of)) + " x " + number(planned.knobs[planned.of]);

@@ -157,9 +157,9 @@ std::string Plan::to_string() const {
   std::string out = "stage                  runs  every  track  median ms  reason\n";
   char line[256];
   for (const StageReport& s : stages) {
-    std::snprintf(line, sizeof line, "%-22s %-5s %5d  %5s  %9.4f  %s\n", s.name.c_str(),
-                  s.runs ? "yes" : "no", s.interval, s.track < 0 ? "-" : std::to_string(s.track).c_str(),
-                  s.median_ms, s.reason.c_str());
+    std::snprintf(line, sizeof line, "%-22s %-5s %5d  %5s  %9s  %s\n", s.name.c_str(), s.runs ? "yes" : "no",
+                  s.interval, s.track < 0 ? "-" : std::to_string(s.track).c_str(),
+                  core::number_text(s.median_ms, std::chars_format::fixed, 4).c_str(), s.reason.c_str());
     out += line;
   }
   out += "fusion                 holds\n";
@@ -182,10 +182,9 @@ std::string Plan::to_string() const {
   std::snprintf(line, sizeof line, "timings                of one sub-step in %d, stage by stage\n",
                 timings_every);
   out += line;
-  if (substep_ms > 0) {
-    std::snprintf(line, sizeof line, "a whole sub-step       %.4f ms as it usually runs\n", substep_ms);
-    out += line;
-  }
+  if (substep_ms > 0)
+    out += "a whole sub-step       " + core::number_text(substep_ms, std::chars_format::fixed, 4) +
+           " ms as it usually runs\n";
   return out;
 }
 

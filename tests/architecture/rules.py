@@ -35,7 +35,7 @@ ROOMS = {"exec": {"exec"}, "shape": {"shape"}, "c_api": {"c_api"}, "frame": {"fr
          "pipeline": {"pipeline", "frame"}, "spatial": {"spatial", "pipeline", "frame", "exec"},
          "shared": {"shared", "spatial", "frame"}, "engine": {"engine", "pipeline", "frame", "exec", "spatial"},
          "description": {"description", "shape", "engine"},
-         "world": {"world", "description", "engine", "pipeline", "frame", "exec", "shape"}, "trade": {"trade", "world"},
+         "world": {"world", "description", "engine", "pipeline", "frame", "exec", "shape"}, "trade": {"trade", "world", "engine"},
          **{room: {room, "world", "description", "engine", "pipeline", "frame", "exec", "shape"} for room in ("scene", "steering", "readout", "snapshot")},
          **{module: {module, "shared", "spatial", "pipeline", "frame", "exec"} for module in MODULES}}
 SOURCE_SUFFIXES = {".hpp", ".cpp", ".cuh", ".cu", ".h", ".def"}
@@ -270,6 +270,21 @@ def check_names(root):
             if name in seen:
                 yield f"{where}: {name} is also a body of {seen[name]}: whoever searches for it finds two"
             seen[name] = where
+
+
+# Functions of C that read and write numbers as the locale of the process says, with a comma in many; std::to_string(double) is one of
+# them, and cannot be told from that of a whole number here.
+OF_THE_LOCALE = re.compile(r"\bstd::(?:stod|stof|stold|strtod|strtof|atof|sscanf|localeconv)\b|\bimbue\b|"
+                           r"printf\([^;]*%[-+ #0-9.*]*[aefgAEFG]")
+
+
+def check_locale(root):
+    """A host may have set any locale: what is read, written and said must not depend on it."""
+    for path in sources(root, "include", "src", "cuda", "examples/runner", "python/src"):
+        text = strip_comments(path.read_text())
+        for found in OF_THE_LOCALE.finditer(text):
+            line = text.count("\n", 0, found.start()) + 1
+            yield f"{path.relative_to(root)}:{line}: {found.group(0)[:40]!r} reads or writes numbers by the locale of the host: use std::from_chars or std::to_chars"
 
 
 def check_uses(root):
@@ -522,6 +537,9 @@ def selftest():
         write("src/sph/other.hpp", "struct OneBody {};\nstruct OtherBody;\n")
         cases += [(check_names, "src/engine/a.hpp", "struct OtherBody {};\n", 0),
                   (check_names, "src/engine/a.hpp", "// struct OneBody {};\nstruct OneBody {};\n", 1)]
+        cases += [(check_locale, "src/engine/b.cpp", 'auto x = std::stod(text);\n', 1),
+                  (check_locale, "src/engine/b.cpp", 'std::snprintf(text, sizeof text, "%s %.6g",\n a, b);\n', 1),
+                  (check_locale, "src/engine/b.cpp", '// std::stod\nstd::snprintf(text, sizeof text, "%-22s %5d", a, b);\n', 0)]
         write("src/engine/held.hpp", "namespace core {\nint held(int a) {\n  return a;\n}\n}\n")
         write("src/engine/all.hpp", '#include "engine/held.hpp"\n')
         cases += [(check_uses, "src/engine/b.cpp", "int b = core::held(1);\n", 1),
@@ -549,7 +567,7 @@ def main(arguments):
     else:
         checks = {"includes": check_includes, "macros": check_macros, "instantiations": check_instantiations,
                   "channels": check_channels, "links": check_links, "map": check_map, "sizes": check_sizes,
-                  "names": check_names, "uses": check_uses, "symbols": check_symbols, "c_names": check_c_names}
+                  "names": check_names, "locale": check_locale, "uses": check_uses, "symbols": check_symbols, "c_names": check_c_names}
         found = list(checks[rule](Path(rest[0]).resolve()))
     for line in found:
         print(line)

@@ -255,7 +255,7 @@ Json stats_of(const std::string& text) {
       auto value = value_of(column);
       if (empty && column < header.size() && needs_particles(header[column])) value.reset();
       // JSON has no "nan"; null leaves a gap in the plot.
-      row.push_back(value && std::isfinite(*value) ? Json(std::stod(fmt::format("{:.6g}", *value))) : Json());
+      row.push_back(value && std::isfinite(*value) ? Json(typed(*value)) : Json());
     }
     rows.push_back(row);
   }

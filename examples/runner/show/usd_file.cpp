@@ -5,7 +5,8 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cstdio>
+#include <charconv>
+#include <cstring>
 #include <iterator>
 #include <set>
 
@@ -392,9 +393,14 @@ Extent extent_in(const std::string& text, const std::string& head) {
   const std::size_t from = text.find("[(", extent == std::string::npos ? prim : extent);
   if (prim == std::string::npos || extent == std::string::npos || from == std::string::npos) return {};
   meltsim::Box b;
-  const int read = std::sscanf(text.c_str() + from, "[(%lf, %lf, %lf), (%lf, %lf, %lf)]", &b.min.x, &b.min.y,
-                               &b.min.z, &b.max.x, &b.max.y, &b.max.z);
-  return read == 6 ? Extent{b} : Extent{};
+  const char *at = text.c_str() + from, *const end = text.c_str() + text.size();
+  for (double* number : {&b.min.x, &b.min.y, &b.min.z, &b.max.x, &b.max.y, &b.max.z}) {
+    while (at != end && std::strchr("[(,) ", *at) != nullptr) ++at;
+    const auto read = std::from_chars(at, end, *number);  // whatever the host's locale is
+    if (read.ec != std::errc()) return {};
+    at = read.ptr;
+  }
+  return b;
 }
 
 }  // namespace

@@ -181,20 +181,27 @@ MELTSIM_HD ImageForce<T> image_pressure_force(const SphKernel<T>& k, const WallV
   return image_force(v, x_ij, sums, pressure_factor(volume_i, volume_j, terms, T(0), k.grad_scale));
 }
 
-/// x_m of the image mirrored in the planes of `mask` (bit a: axis a) [m].
+/// 1 for the axes of `mask` (bit a: axis a), 0 for others. As factors they are no branch, so that loops over neighbours become vector
+/// instructions.
+template <class T>
+MELTSIM_HD Vec3<T> axes_of(std::uint32_t mask) {
+  return {T(mask & 1u), T(mask >> 1 & 1u), T(mask >> 2 & 1u)};
+}
+
+/// x_m of the image mirrored in the planes of `mask` [m].
 template <class T>
 MELTSIM_HD Vec3<T> image_of(const WallView<T>& v, Vec3<T> x_ij, std::uint32_t mask) {
-  return x_ij + Vec3<T>{(mask & 1u) != 0u ? image_step(v.from.x, x_ij.x) : T(0),
-                        (mask & 2u) != 0u ? image_step(v.from.y, x_ij.y) : T(0),
-                        (mask & 4u) != 0u ? image_step(v.from.z, x_ij.z) : T(0)};
+  const Vec3<T> on = axes_of<T>(mask);
+  return x_ij + Vec3<T>{image_step(v.from.x, x_ij.x) * on.x, image_step(v.from.y, x_ij.y) * on.y,
+                        image_step(v.from.z, x_ij.z) * on.z};
 }
 
 /// r_m^2 of that image [m^2].
 template <class T>
 MELTSIM_HD T image_square(const WallView<T>& v, Vec3<T> x_ij, T r2, std::uint32_t mask) {
-  return r2 + ((mask & 1u) != 0u ? image_shift(v.from.x, x_ij.x) : T(0)) +
-         ((mask & 2u) != 0u ? image_shift(v.from.y, x_ij.y) : T(0)) +
-         ((mask & 4u) != 0u ? image_shift(v.from.z, x_ij.z) : T(0));
+  const Vec3<T> on = axes_of<T>(mask);
+  return r2 + image_shift(v.from.x, x_ij.x) * on.x + image_shift(v.from.y, x_ij.y) * on.y +
+         image_shift(v.from.z, x_ij.z) * on.z;
 }
 
 /// Calls visit(mask, x_m, r_m^2) for every image of j within H of i, for terms that depend on more than r_m; r2 = x_ij^2.
