@@ -79,6 +79,30 @@ void check_covered_surface(Scene& scene) {
   }
 }
 
+/// Buoyancy that cannot keep up with heat: what rises and sinks does so at its own speed, whatever the time lapse of heat.
+void check_convection(const Node& root, Scene& scene) {
+  constexpr double most_lapse = 3;  // convection is weaker by more than its laws are uncertain
+  const double lapse = scene.world.heat.time_scale;
+  if (!(lapse > most_lapse) || length(scene.world.gravity) == 0) return;
+  const auto expands = [](const SceneMaterial& m) {
+    const auto [low, high] =
+        std::minmax_element(m.desc.density_points.begin(), m.desc.density_points.end(),
+                            [](const auto& a, const auto& b) { return a.value < b.value; });
+    return low != high && high->value > low->value;
+  };
+  const auto material = std::find_if(scene.materials.begin(), scene.materials.end(), expands);
+  if (material == scene.materials.end()) return;
+  const auto heat = root.find("heat");
+  const auto key = heat ? heat->find("time_scale") : std::nullopt;
+  scene.warnings.push_back(
+      fmt::format("{}: heat.time_scale: heat is {:g} times as fast as motion, so liquid that rises and sinks "
+                  "by the density table of "
+                  "\"{}\" carries next to none of it; where that counts use time_scale: 1, or leave the "
+                  "table out and give the "
+                  "liquid a conductivity that stands for it",
+                  key ? key->where() : material->source.where, lapse, material->desc.name));
+}
+
 }  // namespace
 
 void check_heat(const Node& root, Scene& scene) {
@@ -91,6 +115,7 @@ void check_heat(const Node& root, Scene& scene) {
     for (const Node& body : bodies->items("bodies")) check_ambient(body.find("surface"), scene);
   check_frozen_surface(scene);
   check_covered_surface(scene);
+  check_convection(root, scene);
 }
 
 }  // namespace runner

@@ -128,6 +128,12 @@ class Units {
       warn(material.source, "melting_point",
            fmt::format("{:g} degrees Celsius; Kelvin? Then write {:.4g}", melts, melts - zero_celsius));
     }
+    if (std::isfinite(melts) && material.desc.latent_heat == 0 &&
+        material.source.keys.count("latent_heat") == 0)
+      warn(material.source, "melting_point",
+           "melting takes no heat: there is no latent_heat [J/kg]; ice has 3.34e5, paraffin 2e5, aluminium "
+           "4e5; write "
+           "latent_heat: 0 where that is meant");
     if (material.desc.latent_heat > 0 && !std::isfinite(melts)) {
       warn(material.source, "latent_heat",
            "is of no use: it is of melting, and the material has no melting_point; give it one and "

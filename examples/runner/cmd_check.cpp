@@ -29,6 +29,7 @@
 #include "missing_mass.hpp"
 #include "numbers.hpp"
 #include "rehearsal.hpp"
+#include "room_to_melt.hpp"
 #include "run_directory.hpp"
 #include "saturation.hpp"
 #include "show/frame_export.hpp"
@@ -69,6 +70,7 @@ class Check {
         verbose_(verbose) {
     for (const std::string& warning : scene.warnings) warn(warning);
     for (const std::string& warning : missing_mass(scene, built)) warn(warning);
+    for (const std::string& warning : room_to_melt(scene, built)) warn(warning);
     for (const std::string& warning : deep_bodies(scene)) warn(warning);
     for (const std::string& warning : thin_walls(scene, built)) warn(warning);
     for (const std::string& warning : thin_layers(scene, built)) warn(warning);

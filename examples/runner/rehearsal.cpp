@@ -12,6 +12,7 @@
 #include "failure.hpp"
 #include "freezing.hpp"
 #include "halt.hpp"
+#include "observables.hpp"
 #include "recorder.hpp"
 #include "resolution.hpp"
 #include "stepper.hpp"
@@ -102,17 +103,30 @@ double Rehearsal::melted_at(double time) const {
     return before->melted +
            (after->melted - before->melted) * (time - before->time) / (after->time - before->time);
   }
-  const double last = melting.back().melted, half = melted_at(until / 2);
+  // By latent heat, as particles melt in whole layers: two that have melted at once say nothing of how it goes on.
+  const double last = melting.back().taken, half = taken_at(until / 2);
   if (!(last > 0)) return 0;
   // Between the square root of time, as heat soaks in, and its square, as a flow sets in.
   const double power = half > 0 ? std::clamp(std::log2(last / half), 0.5, 2.0) : 1;
   return std::min(1.0, last * std::pow(time / until, power));
 }
 
+double Rehearsal::taken_at(double time) const {
+  const auto after = std::lower_bound(melting.begin(), melting.end(), time,
+                                      [](const Sample& sample, double t) { return sample.time < t; });
+  return after == melting.end() ? 0 : after->taken;
+}
+
+double Rehearsal::most_taken() const {
+  double most = 0;
+  for (const Sample& sample : melting) most = std::max(most, sample.taken);
+  return most;
+}
+
 double Rehearsal::time_of(double share) const {
   for (const Sample& sample : melting)
     if (sample.melted >= share) return sample.time;
-  if (melting.empty() || !(melting.back().melted > 0)) return meltsim::infinity;
+  if (melting.empty() || !(melting.back().taken > 0)) return meltsim::infinity;
   double low = until, high = until;
   for (int i = 0; i < 60 && melted_at(high) < share; ++i) high *= 2;
   for (int i = 0; i < 60; ++i) {
@@ -152,11 +166,16 @@ std::string melting_text(const Rehearsal& seen, const Built& built, double end, 
   const bool broken_off = until < end * (1 - 1e-6) && melted < 1;
   if (!broken_off) return fmt::format("{} (tried{})", share_text(seen, built, end, most, false), seen.with());
   const std::string how = fmt::format("tried{} to t={:.2g} s", seen.with(), until);
-  if (melted < telling)
-    return fmt::format("{:.2g} % of the solid by t={:.2g} s ({}); beyond that it was not tried", 100 * melted,
-                       until, how);
+  const double taken = seen.melting.back().taken, most_taken = seen.most_taken();
+  if (taken < most_taken - least_share)  // it freezes again
+    return fmt::format(
+        "{:.2g} % of the solid by t={:.2g} s, after {:.2g} % ({}); beyond that it was not tried", 100 * taken,
+        until, 100 * most_taken, how);
+  if (taken < telling || seen.changes)
+    return fmt::format("{:.2g} % of the solid by t={:.2g} s ({}); beyond that it was not tried{}",
+                       100 * taken, until, how, seen.changes ? ", as what heats it changes in time" : "");
   return fmt::format("{} (extrapolated: {}, when {:.2g} % had {})", share_text(seen, built, end, most, true),
-                     how, 100 * melted,
+                     how, 100 * taken,
                      !built.melts      ? "dissolved"
                      : built.dissolves ? "melted or dissolved"
                                        : "melted");
@@ -232,7 +251,10 @@ Rehearsal rehearse(const Scene& scene, Built& built) {
     // Not coarser and in the same steps it is the run itself: what melts in bursts, as layers of particles do, melts then.
     const std::optional<double> same = seen.coarseness > 1 ? std::nullopt : fixed_step(coarser_scene, coarse);
     double substeps = 0, speed = 0;
-    seen.melting.push_back({0, 0});
+    seen.melting.push_back({0, 0, 0});
+    SceneStart bodies;
+    describe_bodies(coarser_scene, coarse, bodies);
+    const double cold = expect(coarse.world.ledger()).latent;
     while (seen.until < scene.time.end * (1 - 1e-9) && seen.melting.back().melted < 1) {
       const double stable = coarse.world.stable_dt(scene.time.adaptive ? speed : 0);
       const double wanted = same ? *same : std::min(stable, longest);
@@ -251,8 +273,12 @@ Rehearsal rehearse(const Scene& scene, Built& built) {
       speed = now.max_speed;
       seen.until += dt;
       substeps = static_cast<double>(now.steps);
-      seen.melting.push_back(
-          {seen.until, std::min(1.0, static_cast<double>(net_melted(now.melted, now.frozen)) / meltable)});
+      const double melted = std::min(1.0, static_cast<double>(net_melted(now.melted, now.frozen)) / meltable);
+      const double taken =
+          bodies.latent > 0 && !coarse.dissolves
+              ? std::clamp((expect(coarse.world.ledger()).latent - cold) / bodies.latent, 0.0, 1.0)
+              : melted;
+      seen.melting.push_back({seen.until, melted, taken});
       if (std::chrono::duration<double>(Clock::now() - start).count() > seconds_limit) break;
     }
     if (seen.stopped.empty()) {

@@ -16,7 +16,8 @@ constexpr double least_share = 0.005;
 struct Rehearsal {
   struct Sample {
     double time;    ///< [s]
-    double melted;  ///< share of what could melt at the start
+    double melted;  ///< share of what could melt at the start, in whole particles
+    double taken;   ///< share of the latent heat that melts it; melted, where that is not known
   };
   std::vector<Sample> melting;  ///< from 0 on
   double frozen = 0;            ///< of what could freeze the share that had at the end, less what had melted
@@ -29,8 +30,11 @@ struct Rehearsal {
   std::vector<std::string> gone;  ///< solids that freeze, of which nothing was left at the end
   std::string stopped;            ///< how the trial ended at `until`, and what to change; empty: as it should
 
-  /// Estimated share at a time. Beyond `until` the last half of the curve goes on as a power of time.
+  /// Estimated share at a time. Beyond `until` the last half of the curve of `taken` goes on as a power of time.
   double melted_at(double time) const;
+  /// Of a time up to `until`, and the most of all times.
+  double taken_at(double time) const;
+  double most_taken() const;
   /// Estimated time at which this share has melted; infinite where nothing melts.
   double time_of(double share) const;
   /// " with particles 2 times as large", or nothing where it was tried with the scene's own.

@@ -17,6 +17,7 @@
 #include "interrupt.hpp"
 #include "missing_mass.hpp"
 #include "resumed_scene.hpp"
+#include "room_to_melt.hpp"
 #include "scene_json.hpp"
 #include "thin_layers.hpp"
 #include "thin_walls.hpp"
@@ -101,6 +102,7 @@ void Run::warn_of_walls() {
 
 void Run::begin() {
   for (const std::string& warning : missing_mass(scene_, built_)) log_.warn(warning);
+  for (const std::string& warning : room_to_melt(scene_, built_)) log_.warn(warning);
   for (const std::string& warning : deep_bodies(scene_)) log_.warn(warning);
   warn_of_walls();
   for (const std::string& warning : nothing_to_freeze_onto(scene_)) log_.warn(warning);

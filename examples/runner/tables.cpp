@@ -55,7 +55,10 @@ constexpr StatsColumn stats_table[] = {
     {"n_entered", true, [](const StatsRow& r) { return double(r.entered); }},
     {"dissolved1_kg", false, [](const StatsRow& r) { return r.dissolved[0]; }},
     {"dissolved2_kg", false, [](const StatsRow& r) { return r.dissolved[1]; }},
-    {"dissolved3_kg", false, [](const StatsRow& r) { return r.dissolved[2]; }}};
+    {"dissolved3_kg", false, [](const StatsRow& r) { return r.dissolved[2]; }},
+    {"liquid_fraction", false, [](const StatsRow& r) {
+       return r.totals.latent_max > 0 ? r.totals.latent / r.totals.latent_max : 0.0;
+     }}};
 static_assert(meltsim::most_species == 3);
 
 /// A column of bodies.csv, behind body, time_s and n.

@@ -717,6 +717,7 @@ typedef struct meltsim_totals {
   double temperature_max;  /* [degrees Celsius] */
   double field_work;       /* of force fields since the World was created [J] */
   double field_impulse[3]; /* likewise [N s] */
+  double latent_max; /* what latent is where all that can melt is liquid [J]; latent / latent_max is molten */
 } meltsim_totals;
 /* Waits for all steps. */
 MELTSIM_C_API meltsim_status meltsim_world_totals(meltsim_world* world, meltsim_totals* totals);

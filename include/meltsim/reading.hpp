@@ -62,6 +62,8 @@ struct Totals {
   /// The part of thermal that is latent heat [J]: m L f, f the liquid fraction, over all particles that can melt and all
   /// liquid that a solid melts into, whether or not that liquid can freeze.
   double latent = 0;
+  /// m L of the same particles [J], what latent is where all of it is liquid: latent / latent_max is molten.
+  double latent_max = 0;
   double heat_in = 0;  ///< through surfaces and from sources since the World was created [J]
   double field_work =
       0;                ///< of force fields since the World was created: what they gave to kinetic energy [J]
@@ -83,6 +85,7 @@ struct Ledger {
   Vec3d momentum, angular_momentum;    ///< [kg m/s], about the origin [kg m^2/s]
   double kinetic = 0, potential = 0;   ///< [J]
   double thermal = 0, latent = 0;      ///< [J]; thermal includes latent
+  double latent_max = 0;               ///< as in Totals [J]
   double heat_in = 0;                  ///< heat that entered since the World was created [J]
   double field_work = 0;               ///< of force fields since the World was created [J]
   Vec3d field_impulse;                 ///< likewise [N s]

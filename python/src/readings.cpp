@@ -299,6 +299,8 @@ void bind_readings(nb::module_& m) {
       .add("potential", &Totals::potential, "Of gravity, 0 at the origin [J].")
       .add("thermal", &Totals::thermal, "Latent heat included [J].")
       .add("latent", &Totals::latent, "The part of thermal that is latent heat [J].")
+      .add("latent_max", &Totals::latent_max,
+           "What latent is where all that can melt is liquid [J]: latent / latent_max is molten.")
       .add("heat_in", &Totals::heat_in, "Through surfaces and from sources since the World was created [J].")
       .add("field_work", &Totals::field_work, "Of force fields since the World was created [J].")
       .add("field_impulse", &Totals::field_impulse, "Likewise [N s].")
@@ -333,6 +335,7 @@ void bind_readings(nb::module_& m) {
       .add("potential", &Ledger::potential, "[J]")
       .add("thermal", &Ledger::thermal, "Latent heat included [J].")
       .add("latent", &Ledger::latent, "[J]")
+      .add("latent_max", &Ledger::latent_max, "What latent is where all that can melt is liquid [J].")
       .add("heat_in", &Ledger::heat_in, "[J]")
       .add("field_work", &Ledger::field_work, "Of force fields since the World was created [J].")
       .add("field_impulse", &Ledger::field_impulse, "Likewise [N s].")

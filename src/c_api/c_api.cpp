@@ -216,6 +216,7 @@ meltsim_totals totals_of(const meltsim::Totals& t) {
   c.temperature_max = t.temperature_max;
   c.field_work = t.field_work;
   put(c.field_impulse, t.field_impulse);
+  c.latent_max = t.latent_max;
   return c;
 }
 

@@ -45,7 +45,7 @@ struct LedgerSums {
   double mass = 0;
   Vec3<double> momentum, angular_momentum;  ///< about the stored origin
   double kinetic = 0, potential = 0;        ///< potential at the stored origin is 0
-  double thermal = 0, latent = 0;
+  double thermal = 0, latent = 0, latent_max = 0;
   MELTSIM_HD static LedgerSums combine(LedgerSums a, const LedgerSums& b) {
     a.mass += b.mass;
     a.momentum += b.momentum;
@@ -54,6 +54,7 @@ struct LedgerSums {
     a.potential += b.potential;
     a.thermal += b.thermal;
     a.latent += b.latent;
+    a.latent_max += b.latent_max;
     return a;
   }
 };

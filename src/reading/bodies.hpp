@@ -81,7 +81,9 @@ struct LedgerBody {
     s.kinetic = physics::kinetic_energy(mass, v);
     s.potential = physics::potential_energy(mass, w.gravity, x);
     s.thermal = enthalpy;
-    s.latent = physics::latent_energy(w.s.f.materials[material_of(tag)], mass, enthalpy);
+    const auto& m = w.s.f.materials[material_of(tag)];
+    s.latent = physics::latent_energy(m, mass, enthalpy);
+    s.latent_max = physics::latent_energy_of_liquid(m, mass);
     return s;
   }
 };

@@ -75,6 +75,7 @@ Totals WorldImpl::totals_of(const core::StateReading& s, const StepResult& r, co
   t.potential = l.potential;
   t.thermal = l.thermal;
   t.latent = l.latent;
+  t.latent_max = l.latent_max;
   t.heat_in = l.heat_in;
   t.field_work = l.field_work;
   t.field_impulse = l.field_impulse;
@@ -105,6 +106,7 @@ Ledger WorldImpl::ledger_of(const core::StateReading& s, const StepResult& r, co
   l.potential = s.sums.potential + physics::potential_energy(s.sums.mass, desc.gravity, at.origin);
   l.thermal = s.sums.thermal;
   l.latent = s.sums.latent;
+  l.latent_max = s.sums.latent_max;
   l.heat_in = now.heat_in;
   l.field_work = now.field_work;
   l.field_impulse = now.field_impulse;

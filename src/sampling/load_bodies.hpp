@@ -257,14 +257,13 @@ struct HeatOfWallBody {
     const Vec4<T> x = w.f.position[i];
     const T distance = -physics::wall_overlap(w.c.walls, T(0), xyz(x), r.face);
     if (!(distance < w.c.wall_exchange.support)) return s;
-    const auto own =
-        core::operand_at(w.f.materials[material_of(tag)], w.f.enthalpy[i], w.f.mass[i], T(1), false);
-    s.amount[0] =
-        static_cast<double>(physics::surface_heat(w.f.clock->wall_heat[r.face],
-                                                  x.w * physics::wall_area(w.c.wall_exchange, distance),
-                                                  physics::wall_depth(w.c.wall_exchange, distance),
-                                                  T(1) / core::unmarked(own.resistivity), own.temperature)
-                                .rate);
+    const core::MaterialRow<T>& m = w.f.materials[material_of(tag)];
+    const auto own = core::operand_at(m, w.f.enthalpy[i], w.f.mass[i], T(1), core::exposed(tag));
+    s.amount[0] = static_cast<double>(
+        core::heat_through(
+            w.f.clock->wall_heat[r.face], x.w * physics::wall_area(w.c.wall_exchange, distance),
+            physics::wall_depth(w.c.wall_exchange, distance), m, own, T(1) / core::unmarked(own.resistivity))
+            .rate);
     return s;
   }
 };

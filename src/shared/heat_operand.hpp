@@ -4,6 +4,7 @@
 
 #include "frame/frame.hpp"
 #include "meltsim/physics/heat.hpp"
+#include "meltsim/physics/heat_boundary.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -32,6 +33,20 @@ MELTSIM_HD HeatOperand<T> operand_at(const MaterialRow<T>& m, double enthalpy, T
   const bool begins = at_front && (fraction < T(1) ? m.melts : m.freezes) != 0u;
   const bool changes = begins || (fraction > T(0) && fraction < T(1));
   return {temperature, changes ? marked(r) : r};
+}
+
+/// Whether a particle is solid and at the surface of its body.
+MELTSIM_HD bool exposed(std::uint32_t tag) { return is_solid(tag) && (tag & tag_surface) != 0u; }
+
+/// Heat through a surface into a particle at a depth [m] beneath it, of the conductivity k [W/(m K)] that its liquid fraction gives: where the
+/// particle changes phase, of that towards the surface.
+template <class T>
+MELTSIM_HD physics::SurfaceRate<T> heat_through(const physics::SurfaceCondition<T>& c, T area, T depth,
+                                                const MaterialRow<T>& m, const HeatOperand<T>& own, T k) {
+  if (own.resistivity < T(0))
+    k = physics::conductivity_toward(m, own.temperature,
+                                     physics::facing_temperature(c, k / depth, own.temperature));
+  return physics::surface_heat(c, area, depth, k, own.temperature);
 }
 
 }  // namespace core

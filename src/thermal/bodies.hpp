@@ -14,15 +14,13 @@ namespace meltsim {
 inline namespace v0 {
 namespace thermal {
 
+using core::exposed;
 using core::Frame;
 using core::HeatBoundary;
 using core::HeatOperand;
 using core::operand_at;
 using core::unmarked;
 using physics::MaterialRow;
-
-/// Whether a particle is solid and at the surface of its body.
-MELTSIM_HD bool exposed(std::uint32_t tag) { return is_solid(tag) && (tag & tag_surface) != 0u; }
 
 /// 1/k of particle i toward a particle of another temperature, times its conduction share [m K/W].
 template <class T>
@@ -102,13 +100,15 @@ struct PlainOperandsBody {
   }
 };
 
-/// Heat into particle i from outside at temperature and conductivity `own`.
+/// Heat into particle i from outside at the temperature and conductivity of its operand.
 template <class T>
 MELTSIM_HD physics::SurfaceRate<T> boundary_heat(const Frame<T>& w, std::uint64_t i,
                                                  const HeatOperand<T>& operand) {
-  const T temperature = operand.temperature, conductivity = w.f.heat_share[i] / unmarked(operand.resistivity);
+  const std::uint32_t tag = w.f.tag[i];
+  const T conductivity = w.f.heat_share[i] / unmarked(operand.resistivity);
   physics::SurfaceRate<T> sum;
-  const auto add = [&](const physics::SurfaceRate<T>& r) {
+  const auto add = [&](const physics::SurfaceCondition<T>& c, T area, T depth) {
+    const auto r = core::heat_through(c, area, depth, w.f.materials[material_of(tag)], operand, conductivity);
     sum.rate += r.rate;
     sum.conductance += r.conductance;
   };
@@ -118,17 +118,12 @@ MELTSIM_HD physics::SurfaceRate<T> boundary_heat(const Frame<T>& w, std::uint64_
     const physics::FaceDistances<T> d = physics::face_distances(w.c.walls, xyz(x));
     for (int face = 0; face < 6; ++face)
       if (((walls >> face) & 1u) != 0u && d[face] < w.c.wall_exchange.support)
-        add(physics::surface_heat(
-            w.f.clock->wall_heat[face], x.w * physics::wall_area(w.c.wall_exchange, d[face]),
-            physics::wall_depth(w.c.wall_exchange, d[face]), conductivity, temperature));
+        add(w.f.clock->wall_heat[face], x.w * physics::wall_area(w.c.wall_exchange, d[face]),
+            physics::wall_depth(w.c.wall_exchange, d[face]));
   }
   const HeatBoundary<T> b = w.f.heat_boundary[i];
-  if (b.area > T(0)) {
-    const std::uint32_t tag = w.f.tag[i];
-    add(physics::surface_heat(
-        is_solid(tag) ? w.f.body_heat[body_of(tag) - 1u].surface : w.f.clock->free_surface, b.area, b.depth,
-        conductivity, temperature));
-  }
+  if (b.area > T(0))
+    add(is_solid(tag) ? w.f.body_heat[body_of(tag) - 1u].surface : w.f.clock->free_surface, b.area, b.depth);
   sum.rate += b.source;
   return sum;
 }

@@ -108,10 +108,10 @@ TEST(Paths, AWayThatMayEndSoonerIsWarnedOf) {
   EXPECT_EQ(said_of({"bodies[1].material=ice"}).find("warning: cut.yaml:12:110: bodies[1].velocity: "), 0u);
 }
 
-/// A trial that came to 0.8 s with a tenth melted.
+/// A trial that came to 0.8 s with a tenth of the heat taken up and no whole particle melted yet.
 Rehearsal broken_off() {
   Rehearsal seen;
-  seen.melting = {{0, 0}, {0.4, 0.05}, {0.8, 0.1}};
+  seen.melting = {{0, 0, 0}, {0.4, 0, 0.05}, {0.8, 0, 0.1}};
   seen.until = 0.8;
   return seen;
 }
@@ -125,17 +125,26 @@ TEST(Rehearsal, SaysHowFarATrialWentAndWhatOfItIsExtrapolated) {
             "(extrapolated: tried to t=0.8 s, when 10 % had melted)");
   EXPECT_EQ(melting_text(seen, built, 20, 1),
             "everything melts by about t=8 s (extrapolated: tried to t=0.8 s, when 10 % had melted)");
+  seen.changes = true;
+  EXPECT_EQ(melting_text(seen, built, 2, 1),
+            "10 % of the solid by t=0.8 s (tried to t=0.8 s); beyond that it was not tried, as what heats it "
+            "changes in time");
+  seen.changes = false;
+  seen.melting = {{0, 0, 0}, {0.4, 0, 0.3}, {0.8, 0, 0.1}};
+  EXPECT_EQ(melting_text(seen, built, 2, 1),
+            "10 % of the solid by t=0.8 s, after 30 % (tried to t=0.8 s); beyond that it was not tried");
+  seen.melting = {{0, 0, 0}, {0.4, 0.05, 0.05}, {0.8, 0.1, 0.1}};
   seen.coarseness = 2;
   EXPECT_EQ(
       melting_text(seen, built, 0.8, 1),
       "about 10 % of the solid by t=0.8 s, all of it by about t=8 s (extrapolated); heat.time_scale makes "
       "it faster (tried with particles 2 times as large)");
-  seen.melting = {{0, 0}, {0.8, 0.01}};
+  seen.melting = {{0, 0, 0}, {0.8, 0.01, 0.01}};
   EXPECT_EQ(
       melting_text(seen, built, 2, 1),
       "1 % of the solid by t=0.8 s (tried with particles 2 times as large to t=0.8 s); beyond that it was "
       "not tried");
-  seen.melting = {{0, 0}, {0.8, 1}};
+  seen.melting = {{0, 0, 0}, {0.8, 1, 1}};
   EXPECT_EQ(melting_text(seen, built, 2, 1),
             "everything melts by about t=0.8 s (tried with particles 2 times as large)");
 }

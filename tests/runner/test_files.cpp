@@ -150,15 +150,16 @@ TEST(RunDirectory, ALockThatIsALinkIsNotOpened) {
 TEST(Rehearsal, GoesOnAsTheCurveDid) {
   Rehearsal seen;
   seen.until = 4;
-  for (int i = 0; i <= 40; ++i) seen.melting.push_back({0.1 * i, 0.025 * i * 0.1});  // in proportion to time
+  for (int i = 0; i <= 40; ++i)
+    seen.melting.push_back({0.1 * i, 0.025 * i * 0.1, 0.025 * i * 0.1});  // in proportion to time
   EXPECT_NEAR(seen.melted_at(2), 0.05, 1e-12);
   EXPECT_NEAR(seen.melted_at(8), 0.2, 1e-9);
   EXPECT_NEAR(seen.time_of(1), 40, 1e-6);
   EXPECT_EQ(seen.melted_at(1000), 1);
   for (Rehearsal::Sample& sample : seen.melting)
-    sample.melted = 0.05 * std::sqrt(sample.time);  // heat that soaks in
+    sample.melted = sample.taken = 0.05 * std::sqrt(sample.time);  // heat that soaks in
   EXPECT_NEAR(seen.melted_at(16), 0.2, 1e-3);
-  for (Rehearsal::Sample& sample : seen.melting) sample.melted = 0;
+  for (Rehearsal::Sample& sample : seen.melting) sample.melted = sample.taken = 0;
   EXPECT_EQ(seen.melted_at(1e6), 0);
   EXPECT_EQ(seen.time_of(1), meltsim::infinity);
 }

@@ -16,6 +16,7 @@
 #include "heat_regions.hpp"
 #include "load_scene.hpp"
 #include "rehearsal.hpp"
+#include "room_to_melt.hpp"
 #include "saturation.hpp"
 #include "thin_layers.hpp"
 
@@ -182,6 +183,58 @@ bodies:
   EXPECT_EQ(said({"bodies[2].shape={box: [[0, 0.09, 0], [0.08, 0.13, 0.08]]}"}),
             none);  // nothing on its other side
   EXPECT_EQ(said({"heat.time_scale=0"}), none);
+}
+
+// A closed box that is full of wax, which takes up a tenth more as liquid; 3.8e-5 of 3.84e-4 m^3.
+const std::string full = R"(meltsim: 1
+domain: {min: [0, 0, 0], max: [0.08, 0.06, 0.08], walls: box}
+particles: {spacing: 0.01}
+heat: {time_scale: 100, walls: {-x: {temperature: 60}}}
+materials:
+  oil: {density: 800}
+  wax: {density: 880, melting_point: 28, latent_heat: 2e5, becomes: oil}
+bodies: [{material: wax, fixed: true, temperature: 18, shape: {box: [[0, 0, 0], [0.08, 0.06, 0.08]]}}]
+)";
+
+TEST(RoomToMelt, AClosedBoxThatIsFullIsWarnedOf) {
+  const auto said = [](const std::vector<std::string>& set) {
+    const Scene scene = parse_scene(full, "full.yaml", "", set);
+    Built built = build_world(scene, cpu_of_one());
+    return room_to_melt(scene, built);
+  };
+  const std::vector<std::string> warnings = said({}), none;
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_EQ(warnings[0].find("full.yaml:8:10: bodies[0].material: what melts takes up 3.8e-05 m^3 more as "
+                             "liquid than as solid, and the "
+                             "closed domain has 0 m^3 free: the liquid is compressed by 10.0 %"),
+            0u)
+      << warnings[0];
+  EXPECT_EQ(said({"domain.walls={+y: open}"}), none);
+  EXPECT_EQ(said({"materials.oil.density=880"}), none);
+  EXPECT_EQ(said({"materials.wax.density=700"}), none);
+  EXPECT_EQ(said({"bodies[0].shape={box: [[0, 0, 0], [0.08, 0.05, 0.08]]}"}), none);
+  EXPECT_EQ(said({"fluids=[{material: oil, shape: {box: [[0, 0.05, 0], [0.08, 0.06, 0.08]]}}]",
+                  "bodies[0].shape={box: [[0, 0, 0], [0.08, 0.05, 0.08]]}"})
+                .size(),
+            1u);
+}
+
+TEST(Convection, UnderATimeLapseIsWarnedOf) {
+  const auto said = [](const std::vector<std::string>& set) {
+    return parse_scene(full, "full.yaml", "", set).warnings;
+  };
+  const std::string table = "materials.oil={density: [[20, 800], [60, 775]]}";
+  EXPECT_EQ(said({}), std::vector<std::string>{});
+  const std::vector<std::string> warnings = said({table});
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_EQ(warnings[0].find("full.yaml:4:20: heat.time_scale: heat is 100 times as fast as motion, so "
+                             "liquid that rises and sinks by the "
+                             "density table of \"oil\" carries next to none of it"),
+            0u)
+      << warnings[0];
+  EXPECT_EQ(said({table, "heat.time_scale=1"}), std::vector<std::string>{});
+  EXPECT_EQ(said({table, "solver.gravity=[0, 0, 0]"}), std::vector<std::string>{});
+  EXPECT_EQ(said({"materials.oil={density: [[20, 800], [60, 800]]}"}), std::vector<std::string>{});
 }
 
 // Half of the ball is in the plate; its eight cells have 8e-9 m^3, the ball has 4/3 pi 1e-9.

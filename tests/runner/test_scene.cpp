@@ -255,6 +255,11 @@ TEST(Scene, WarnsOfUnitsThatLookLikeSlips) {
                 .find("materials.ice.latent_heat: 334 J/kg is less than any "
                       "material has; kilojoules? Then write 334000"),
             std::string::npos);
+  EXPECT_NE(warning_of({"materials.ice={density: 917, melting_point: 0, becomes: water}"})
+                .find("materials.ice.melting_point: melting takes no heat: there is no latent_heat"),
+            std::string::npos);
+  EXPECT_EQ(warning_of({"materials.ice={density: 917, melting_point: 0, latent_heat: 0, becomes: water}"}),
+            "");
   EXPECT_NE(warning_of({"materials.water.heat_capacity=4.186"}).find("kilojoules? Then write 4186"),
             std::string::npos);
   EXPECT_EQ(warning_of({"materials.ice.heat_capacity=120"}), "");  // uranium's is 116
@@ -330,20 +335,23 @@ TEST(Scene, WarnsOfKelvinInWallsSurfacesAndRegions) {
                           "heat.walls={-y: {temperature: 853}}"})
     EXPECT_EQ(warning_of({set}), "") << set;
   // Whole degrees that were converted are told by their .15 in a scene of hot metal, too.
-  const std::string metal = "materials.ice={density: 2400, melting_point: 1070, becomes: water}";
+  const std::string metal =
+      "materials.ice={density: 2400, melting_point: 1070, latent_heat: 4e5, becomes: water}";
   EXPECT_EQ(warning_of({metal, "heat.walls={-y: {temperature: 853}}"}), "");
   EXPECT_NE(warning_of({metal, "heat.walls={-y: {temperature: 293.15}}"}).find("Then write 20"),
             std::string::npos);
-  EXPECT_NE(warning_of({"materials.ice={density: 2400, melting_point: 1343.15, becomes: water}"})
-                .find("melting_point: 1343.15 degrees Celsius; Kelvin? Then write 1070"),
-            std::string::npos);
+  EXPECT_NE(
+      warning_of({"materials.ice={density: 2400, melting_point: 1343.15, latent_heat: 4e5, becomes: water}"})
+          .find("melting_point: 1343.15 degrees Celsius; Kelvin? Then write 1070"),
+      std::string::npos);
 }
 
 // Whole kelvins of a scene in which nothing is colder: 293 to 1811, 300 to 1773. Parts that are preheated to 250 or 300 degrees are none.
 TEST(Scene, WarnsOfWholeKelvinByTheColdestOfAScene) {
   const auto metal = [](const std::string& melts, const std::string& start) {
-    return warning_of({"materials.ice={density: 2400, melting_point: " + melts + ", becomes: water}",
-                       "bodies[0].temperature=" + start, "fluids[0].temperature=" + melts});
+    return warning_of(
+        {"materials.ice={density: 2400, melting_point: " + melts + ", latent_heat: 4e5, becomes: water}",
+         "bodies[0].temperature=" + start, "fluids[0].temperature=" + melts});
   };
   EXPECT_NE(metal("1811", "293")
                 .find("nothing is colder than 293 degrees Celsius; Kelvin? Temperatures are in degrees "

@@ -29,7 +29,7 @@ STATS = ("step,time_s,dt_s,n_fluid,n_solid,n_bodies,melted_fraction,mass_kg,mome
          "density_error_mean,density_error_max,ms_per_step,"
          "angular_momentum_x,angular_momentum_y,angular_momentum_z,latent_J,heat_in_J,courant,"
          "solute1_kg,solute2_kg,solute3_kg,solution_J,n_left,n_entered,"
-         "dissolved1_kg,dissolved2_kg,dissolved3_kg").split(",")
+         "dissolved1_kg,dissolved2_kg,dissolved3_kg,liquid_fraction").split(",")
 BODIES = "body,time_s,n,mass_kg,com_x,com_y,com_z,vx,vy,vz,T_mean,submerged_fraction," \
          "q_w,q_x,q_y,q_z,omega_x,omega_y,omega_z,min_x,min_y,min_z,max_x,max_y,max_z".split(",")
 PLY_TYPES = {"float": "f", "uchar": "B", "int": "i", "uint": "I"}

@@ -241,5 +241,50 @@ TEST(MeltingRange, BadRangesAreRefused) {
   EXPECT_NE(world.set_material(solid, a).error().message.find("melting_range"), std::string::npos);
 }
 
+// A slab at its melting point beneath a wall at `hot` (Neumann's solution with one phase: Carslaw & Jaeger 1959, sec. 11.2, s = 2 l sqrt(a t),
+// l exp(l^2) erf(l) = c T/(L sqrt(pi))). The liquid conducts `ratio` times as well as the solid, which takes no heat and so has no say in it:
+// not where the first layer of particles melts, either. A tenth of a spacing: as far as the front is known inside a cell. With the solid's
+// conductivity between the wall and the first layer, as it was, the front was 1.9 spacings behind at a ratio of 100.
+TEST(Melting, OfASlabBeneathAWallDependsOnTheLiquidsConductivityAlone) {
+  MELTSIM_NEEDS_BACKEND();
+  constexpr int cells = 20;
+  constexpr double hot = 10, heat = 20, c = 1, alpha = 1, length = cells * dx;
+  double low = 0, high = 2;
+  for (int k = 0; k < 60; ++k) {
+    const double l = (low + high) / 2;
+    (l * std::exp(l * l) * std::erf(l) < c * hot / (heat * std::sqrt(std::acos(-1.0))) ? low : high) = l;
+  }
+  for (const double ratio : {1.0, 4.0, 100.0}) {
+    WorldDesc d = describe();
+    d.spacing = dx;
+    d.gravity = {0, 0, 0};
+    d.sound_speed = 1e-2;  // nothing moves
+    d.domain.bounded = true;
+    d.domain.max = {length, side, side};
+    d.domain.faces = {Face::wall, Face::wall, Face::periodic, Face::periodic, Face::periodic, Face::periodic};
+    d.domain.heat[0].temperature = hot;
+    World w = *World::create(d);
+    MaterialDesc melt = substance("melt"), solid = substance("solid");
+    melt.heat_capacity = solid.heat_capacity = c;
+    melt.conductivity = alpha * rho * c;
+    melt.viscosity = 1;
+    solid.conductivity = melt.conductivity / ratio;
+    solid.melting_point = 0;
+    solid.latent_heat = heat;
+    solid.melts_into = *w.add_material(melt);
+    require(w.add_solid(block(*w.add_material(solid), 0, length, 0)));
+    const Totals start = *w.totals();
+    EXPECT_NEAR(start.latent_max / (start.mass * heat), 1, 1e-6);
+    EXPECT_NEAR(start.latent, 0, 1e-6 * start.latent_max);
+    for (const double front : {0.25, 0.5}) {
+      const double until = std::pow(front * length / (2 * low), 2) / alpha;
+      for (int k = 0; k < 40; ++k) require(w.step((until - w.time()) / (40 - k)));
+      const Totals now = *w.totals();
+      EXPECT_NEAR(now.latent / now.latent_max * cells, front * cells, 0.1) << ratio;
+      EXPECT_NEAR(now.latent_max / start.latent_max, 1, 1e-12);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace meltsim_test

@@ -38,6 +38,11 @@ template <class T>
 MELTSIM_HD double latent_energy(const MaterialRow<T>& m, double mass, double enthalpy) {
   return mass * m.latent_heat * liquid_fraction(m, enthalpy / mass);
 }
+/// m L [J]: the same where all of it is liquid.
+template <class T>
+MELTSIM_HD double latent_energy_of_liquid(const MaterialRow<T>& m, double mass) {
+  return mass * m.latent_heat;
+}
 
 }  // namespace physics
 }  // namespace v0

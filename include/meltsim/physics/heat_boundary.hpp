@@ -77,6 +77,17 @@ MELTSIM_HD T surface_temperature(const SurfaceCondition<T>& c, T inner, T temper
   return s - T(kelvin_offset);
 }
 
+/// T_s [degrees Celsius] of any surface that is not insulated, over a particle of temperature T; inner = k/d [W/(m^2 K)]. A particle that changes
+/// phase conducts towards it as towards a neighbour of that temperature (heat.hpp: conductivity_toward), k being its own here.
+template <class T>
+MELTSIM_HD T facing_temperature(const SurfaceCondition<T>& c, T inner, T temperature) {
+  if (c.kind == SurfaceHeat::held) return c.temperature;
+  if (c.emissivity > T(0)) return surface_temperature(c, inner, temperature);
+  const T outer = c.convection + inner;
+  return outer > T(0) ? temperature + (c.flux + c.convection * (c.temperature - temperature)) / outer
+                      : temperature;
+}
+
 /// Heat through area a [m^2] into a particle at depth d [m], of conductivity k [W/(m K)] and temperature T.
 template <class T>
 MELTSIM_HD SurfaceRate<T> surface_heat(const SurfaceCondition<T>& c, T area, T depth, T k, T temperature) {
