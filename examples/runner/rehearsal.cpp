@@ -148,6 +148,10 @@ std::string share_text(const Rehearsal& seen, const Built& built, double end, do
   const char* verb = !built.melts ? "dissolves" : built.dissolves ? "melts or dissolves" : "melts";
   std::string text;
   if (share >= 1) text = fmt::format("everything {} by about t={:.2g} s", verb, all);
+  else if (share < least_share && !broken_off && seen.melting.back().taken >= telling)
+    text = fmt::format(
+        "next to nothing is molten through by t={:g} s, by when {:.2g} % of the heat for it is taken up", end,
+        100 * seen.melting.back().taken);
   else if (share < least_share) text = fmt::format("next to nothing {} by t={:g} s", verb, end);
   else text = fmt::format("about {:.2g} % of the solid by t={:g} s", 100 * share, end);
   if (share >= telling && share < 1 && std::isfinite(all) && most >= 1 && !seen.changes)

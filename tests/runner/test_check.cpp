@@ -139,6 +139,10 @@ TEST(Rehearsal, SaysHowFarATrialWentAndWhatOfItIsExtrapolated) {
       melting_text(seen, built, 0.8, 1),
       "about 10 % of the solid by t=0.8 s, all of it by about t=8 s (extrapolated); heat.time_scale makes "
       "it faster (tried with particles 2 times as large)");
+  seen.melting = {{0, 0, 0}, {0.8, 0, 0.2}};
+  EXPECT_EQ(melting_text(seen, built, 0.8, 1),
+            "next to nothing is molten through by t=0.8 s, by when 20 % of the heat for it is taken up; "
+            "heat.time_scale makes it faster (tried with particles 2 times as large)");
   seen.melting = {{0, 0, 0}, {0.8, 0.01, 0.01}};
   EXPECT_EQ(
       melting_text(seen, built, 2, 1),
