@@ -61,7 +61,8 @@ MELTSIM_HD FaceDistances<T> face_distances(const WallBox<T>& b, Vec3<T> x) {
 /// The walls within reach of one particle: the nearest one per axis.
 template <class T>
 struct WallView {
-  Vec3<T> from{};        ///< x_i minus the plane, per axis: its size is d_i, its sign points inwards [m]; H without a wall
+  Vec3<T>
+      from{};  ///< x_i minus the plane, per axis: its size is d_i, its sign points inwards [m]; H without a wall
   std::uint32_t axes{};  ///< bit a: a wall of axis a is closer than H
 };
 
