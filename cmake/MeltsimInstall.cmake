@@ -68,7 +68,7 @@ install(FILES ${PROJECT_BINARY_DIR}/cmake/meltsimConfig.cmake
   DESTINATION ${package_dir})
 
 set(pc_cflags "")
-if(NOT BUILD_SHARED_LIBS)
+if(NOT BUILD_SHARED_LIBS AND NOT SKBUILD)
   set(pc_cflags " -DMELTSIM_STATIC")
 endif()
 # Relative to where the .pc file lies, so the prefix can be moved. Not in /usr: pkg-config knows directories of the system by their
