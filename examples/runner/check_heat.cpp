@@ -94,13 +94,11 @@ void check_convection(const Node& root, Scene& scene) {
   if (material == scene.materials.end()) return;
   const auto heat = root.find("heat");
   const auto key = heat ? heat->find("time_scale") : std::nullopt;
-  scene.warnings.push_back(
-      fmt::format("{}: heat.time_scale: heat is {:g} times as fast as motion, so liquid that rises and sinks "
-                  "by the density table of "
-                  "\"{}\" carries next to none of it; where that counts use time_scale: 1, or leave the "
-                  "table out and give the "
-                  "liquid a conductivity that stands for it",
-                  key ? key->where() : material->source.where, lapse, material->desc.name));
+  scene.warnings.push_back(fmt::format(
+      "{}: heat.time_scale: heat is {:g} times as fast as motion, so liquid that rises and sinks "
+      "by the density table of \"{}\" carries next to none of it; where that counts use "
+      "time_scale: 1, or leave the table out and give the liquid a conductivity that stands for it",
+      key ? key->where() : material->source.where, lapse, material->desc.name));
 }
 
 }  // namespace

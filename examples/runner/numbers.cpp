@@ -26,7 +26,8 @@ bool looks_decimal(const std::string& text) {
 /// A number beyond those of a double: what is too large is infinite, what is too small 0.
 double out_of_range(const std::string& text) {
   const std::size_t e = text.find_first_of("eE");
-  const bool small = e != std::string::npos && e + 1 < text.size() && text[e + 1] == '-';
+  const bool small =
+      e == std::string::npos ? text.find_first_of("123456789") > text.find('.') : text[e + 1] == '-';
   const double size = small ? 0 : std::numeric_limits<double>::infinity();
   return text[0] == '-' ? -size : size;
 }

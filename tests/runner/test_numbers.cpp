@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
+#include <string>
 
 #include "numbers.hpp"
 #include "option_values.hpp"
@@ -13,6 +15,13 @@ namespace {
 TEST(Numbers, WholeTextOrNothing) {
   EXPECT_EQ(parse_number("3.34e5"), 3.34e5);
   EXPECT_EQ(parse_number("-10"), -10);
+  EXPECT_EQ(parse_number("+10"), 10);
+  EXPECT_EQ(parse_number("+-10"), std::nullopt);
+  // Beyond a double: what is too large is infinite, what is too small 0, however it is written.
+  EXPECT_EQ(parse_number("-1e400"), -std::numeric_limits<double>::infinity());
+  EXPECT_EQ(parse_number("1" + std::string(400, '0')), std::numeric_limits<double>::infinity());
+  EXPECT_EQ(parse_number("1e-400"), 0);
+  EXPECT_EQ(parse_number("0." + std::string(400, '0') + "1"), 0);
   EXPECT_TRUE(std::isinf(*parse_number(".inf")));
   for (const char* bad : {"", " 1", "1 ", "1m", "0x10", "1e", "--1", "heavy", "1,5"}) {
     EXPECT_FALSE(parse_number(bad)) << bad;
